@@ -19,7 +19,7 @@ use super::asked::Asked;
 use super::interval::{Interval, Source, movable};
 use super::island_problem::IslandProblem;
 use super::local_bodies::LocalBodies;
-use super::midpoint_gaps::{least_size, opening};
+use super::midpoint_gaps::{least_size, least_size_squared, opening};
 use super::model::{ContactPoint, NormalLaw};
 use super::pair_set::PairSet;
 use super::solution::Solution;
@@ -65,8 +65,9 @@ pub(super) fn simplify(
             continue;
         }
         // a point has no size, and no band
-        let within = |size: f64| size.is_finite() && contact.gap <= BAND * size;
-        if contact.gap <= 0.0 || within(least_size(&contact.rows, inverse_mass)) {
+        let within =
+            |square: f64| square.is_finite() && contact.gap * contact.gap <= BAND * BAND * square;
+        if contact.gap <= 0.0 || within(least_size_squared(&contact.rows, inverse_mass)) {
             let closing = island.added[k].x;
             island.problem.free[k].x -= closing;
             island.added[k].x = 0.0;
@@ -138,10 +139,11 @@ pub(super) fn part_crowd(
             continue;
         }
         let gap = contact.gap + opening(contact, interval, solution, path);
-        let size = least_size(&contact.rows, inverse_mass);
-        if gap > STRIDE * size {
+        let square = least_size_squared(&contact.rows, inverse_mass);
+        if gap > 0.0 && gap * gap > STRIDE * STRIDE * square {
             continue;
         }
+        let size = square.sqrt();
         let overlaps = is_deep(gap, size);
         any |= overlaps;
         let asked = match overlaps {
@@ -179,7 +181,12 @@ pub(super) fn part_crowd(
         return Vec::new();
     };
     let mut moved = vec![Vec3::zeros(); op.inverse_mass.len()];
-    for (rows, p) in op.rows.iter().zip(&impulses) {
+    let pushed = op
+        .rows
+        .iter()
+        .zip(&impulses)
+        .filter(|(_, p)| p.x != 0.0 || p.y != 0.0);
+    for (rows, p) in pushed {
         rows.push(*p, &op.inverse_mass, &mut moved);
     }
     let all = local.bodies.iter().copied().zip(moved);

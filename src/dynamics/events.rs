@@ -175,22 +175,25 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     let mut pairs: Vec<[u32; 2]> = Vec::new();
     let mut bodies: Vec<u32> = Vec::new();
     for contact in &interval.detection.contacts {
+        // a swept body cannot have been deep inside: it has passed through
+        let (roles, w) = (&interval.roles, model.inverse_mass());
+        let thickness = match rules.sweeps {
+            true => roles.swept_thickness(contact.rows.bodies, w),
+            false => None,
+        };
+        if !rules.events && thickness.is_none() {
+            continue;
+        }
         let gamma = contact.rows.velocity(&interval.start);
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
         let at_start = contact.gap - 0.5 * length * gamma.x;
         if !rigid || gamma.x <= 0.0 || at_start >= -2.0 * contact.gap_noise {
             continue;
         }
-        let pressed = cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
-        // a swept body cannot have been deep inside: it has passed through
-        let thickness = interval
-            .roles
-            .swept_thickness(contact.rows.bodies, model.inverse_mass());
-        let through = rules.sweeps
-            && thickness.is_some_and(|thickness| {
-                gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
-            });
-        if through || rules.events && !pressed {
+        let pressed = || cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
+        let through =
+            thickness.is_some_and(|least| gamma.x * step > 0.5 * least || at_start < -0.5 * least);
+        if through || rules.events && !pressed() {
             pairs.push(contact.surfaces);
             bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
         }

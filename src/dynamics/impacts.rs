@@ -118,18 +118,23 @@ impl Place {
 /// The landings of the last step by the names of their places.
 struct Landings<'a> {
     all: &'a [Landing],
-    of: FxHashMap<[Option<u32>; 2], Vec<usize>>,
+    /// The last one of each name, as its place in `others`.
+    of: FxHashMap<[Option<u32>; 2], u32>,
+    /// Landings, each with the place of one of the same name before it.
+    others: Vec<(usize, Option<u32>)>,
 }
 
 impl<'a> Landings<'a> {
     fn new(all: &'a [Landing], inverse_mass: &[Vec3]) -> Landings<'a> {
-        let mut of: FxHashMap<_, Vec<usize>> = FxHashMap::default();
-        for (k, landing) in all.iter().enumerate() {
+        let (mut of, mut others) = (FxHashMap::default(), Vec::new());
+        // the first one of a name comes last, so that a search begins with it
+        for (k, landing) in all.iter().enumerate().rev() {
             for name in Place::of_impact(&landing.record).names(inverse_mass) {
-                of.entry(name).or_default().push(k);
+                let next = of.insert(name, others.len() as u32);
+                others.push((k, next));
             }
         }
-        Landings { all, of }
+        Landings { all, of, others }
     }
 
     /// The landing that goes on in a contact.
@@ -137,10 +142,17 @@ impl<'a> Landings<'a> {
         if self.all.is_empty() {
             return None;
         }
-        let mut known = contact
-            .names(inverse_mass)
-            .filter_map(|name| self.of.get(&name));
-        known.find_map(|own| own.iter().copied().find(|&k| self.all[k].is_at(contact)))
+        contact.names(inverse_mass).find_map(|name| {
+            let mut place = self.of.get(&name).copied();
+            while let Some(at) = place {
+                let (k, next) = self.others[at as usize];
+                if self.all[k].is_at(contact) {
+                    return Some(k);
+                }
+                place = next;
+            }
+            None
+        })
     }
 }
 

@@ -259,6 +259,22 @@ impl Interval {
     }
 }
 
+/// Calls `run` with the rows of a block of `found`, with these sides, without a copy where it can.
+#[inline]
+pub(super) fn with_block_rows<R>(
+    found: &Detection,
+    block: &Block,
+    bodies: [u32; 2],
+    run: impl FnOnce(&Rows) -> R,
+) -> R {
+    match block.source {
+        Source::Contact(index) if !block.loaded && found.contacts[index].rows.bodies == bodies => {
+            run(&found.contacts[index].rows)
+        }
+        _ => run(&block_rows(found, block, bodies)),
+    }
+}
+
 /// The rows of a block of `found`, with these sides.
 pub(super) fn block_rows(found: &Detection, block: &Block, bodies: [u32; 2]) -> Rows {
     let mut jacobian = match block.source {

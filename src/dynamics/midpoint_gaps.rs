@@ -27,12 +27,18 @@ pub(super) fn opening(
 /// Twice the lever of a contact or joint on the smaller of its movable bodies \[m\]: at most the diameter of a
 /// circle about the centre of mass that contains the body.
 pub(super) fn least_size(rows: &Rows, inverse_mass: &[Vec3]) -> f64 {
+    least_size_squared(rows, inverse_mass).sqrt()
+}
+
+/// The square of [`least_size`] \[m²\].
+#[inline]
+pub(super) fn least_size_squared(rows: &Rows, inverse_mass: &[Vec3]) -> f64 {
     let bodies = movable(rows.bodies, inverse_mass);
     let levers = (0..2).filter(|&side| bodies[side] != NO_BODY).map(|side| {
         let [n, t] = rows.jacobian[side];
-        (n.z * n.z + t.z * t.z).sqrt()
+        n.z * n.z + t.z * t.z
     });
     // a point has no size
     let levers = levers.filter(|lever| *lever > 0.0);
-    2.0 * levers.fold(f64::INFINITY, f64::min)
+    4.0 * levers.fold(f64::INFINITY, f64::min)
 }

@@ -1,7 +1,7 @@
 //! The solution of an interval.
 
 use super::contact_cache::JointEnergy;
-use super::interval::{Interval, block_rows};
+use super::interval::{Interval, with_block_rows};
 use super::islands::Islands;
 use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};
 use crate::contact::{NO_BODY, Vec2, Vec3};
@@ -83,8 +83,9 @@ impl Solution {
         for (i, &impulse) in self.impulses.iter().enumerate() {
             if !self.counted[i] && impulse != Vec2::zeros() {
                 let (block, sides) = (&interval.blocks[i], interval.sides[i]);
-                let rows = block_rows(&interval.detection, block, sides);
-                rows.push(impulse, inverse_mass, &mut self.end);
+                with_block_rows(&interval.detection, block, sides, |rows| {
+                    rows.push(impulse, inverse_mass, &mut self.end);
+                });
             }
         }
     }

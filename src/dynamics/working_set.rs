@@ -1,7 +1,7 @@
 //! The working set: the blocks that take part in the contact problems of an interval. Distant
 //! contacts are left out at first, and added if the solution would close them.
 
-use super::interval::Interval;
+use super::interval::{Interval, with_block_rows};
 use super::islands::Islands;
 use super::outcome::IslandResult;
 use super::solution::Solution;
@@ -120,8 +120,10 @@ impl WorkingSet {
             if self.included[i] {
                 continue;
             }
-            let rows = interval.rows(i);
-            let change = rows.velocity(&solution.end).x - rows.velocity(&interval.free).x;
+            let (block, sides) = (&interval.blocks[i], interval.sides[i]);
+            let change = with_block_rows(&interval.detection, block, sides, |rows| {
+                rows.velocity(&solution.end).x - rows.velocity(&interval.free).x
+            });
             if interval.bias[i].x + change < 0.0 {
                 complete = false;
                 (self.included[i], self.added[i]) = (true, true);
