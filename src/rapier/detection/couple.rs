@@ -98,6 +98,11 @@ impl<'a> Couple<'a> {
         self.bodies[0].speed + self.bodies[1].speed
     }
 
+    /// Bound of the speed at which any two points of the two come closer \[m/s\].
+    pub fn closing(&self) -> f64 {
+        self.bodies[0].closing(self.bodies[1])
+    }
+
     /// Resolution of positions \[m\]: the larger of 1e-7 of the smaller part's size, and the resolution
     /// of the user's coordinates in `f32`.
     pub fn noise(&self, found: &[Touch]) -> f64 {

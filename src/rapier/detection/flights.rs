@@ -30,7 +30,8 @@ impl Finder<'_> {
         (bound, reach): (f64, f64),
         found: &mut Vec<Touch>,
     ) {
-        let motion = couple.speed() * self.step;
+        // beyond that they are apart at the next midpoint too
+        let motion = couple.closing() * self.step;
         let size = couple.size();
         let flies = bound > if found.is_empty() { 0.0 } else { FLUSH * size };
         // a floor's own contacts tell the direction at its seams

@@ -54,7 +54,7 @@ impl Finder<'_> {
     /// within the first half of the step. `bound` is that of their gap there \[m\]. Returns whether it did.
     #[inline]
     pub(super) fn meet_fast(&self, couple: &Couple, bound: f64, found: &mut Vec<Touch>) -> bool {
-        let speed = couple.bodies[0].closing(couple.bodies[1]);
+        let speed = couple.closing();
         let way = 0.5 * self.step * speed;
         // a speed that is not finite is reported elsewhere. In half a step the parts do not meet
         if !self.midpoint || !speed.is_finite() || bound > 2.0 * way {

@@ -26,6 +26,8 @@ pub(in crate::rapier) struct Axis {
 /// Two parts with corners; a ball has one corner and a rounding.
 pub(in crate::rapier) struct Axes<'a> {
     views: [View<'a>; 2],
+    /// Half the sides of a part that is a box.
+    boxes: [Option<Vec2>; 2],
     rounding: [f64; 2],
     /// Per part that is a segment, the face on whose side the other part lies.
     sides: [Option<usize>; 2],
@@ -44,11 +46,11 @@ pub(in crate::rapier) fn with_axes<R>(
     (toward, sight): (Vec2, Option<&Sight>),
     run: impl FnOnce(&Axes) -> R,
 ) -> Option<R> {
-    let half = |part: &Part| match part.core {
+    let corners_of = |part: &Part| match part.core {
         Core::Box(h) => corners(h),
         _ => [Vec2::zeros(); 4],
     };
-    let own = parts.map(half);
+    let own = parts.map(corners_of);
     let view = |i: usize| {
         let (points, normals): (&[Vec2], &[Vec2]) = match &parts[i].core {
             Core::Ball(_) => (&own[i][..1], &[]),
@@ -98,8 +100,13 @@ pub(in crate::rapier) fn with_axes<R>(
         true => facing::sides([a, b], &views, [&seen[0], &seen[1]], sight?).ok()?,
         false => [side(0, 1.0), side(1, -1.0)],
     };
+    let half_sides = |part: &Part| match part.core {
+        Core::Box(h) => Some(h),
+        _ => None,
+    };
     Some(run(&Axes {
         views,
+        boxes: parts.map(half_sides),
         rounding,
         sides,
         solid,
@@ -155,13 +162,19 @@ impl Axes<'_> {
     /// How far a part reaches along a direction from the origin \[m\].
     fn extent(&self, poses: &[Pose64; 2], part: usize, outward: Vec2) -> f64 {
         let own = poses[part].unrotate(outward);
-        let view = &self.views[part];
-        let behind = match self.solid {
-            true => own.dot(&view.inner()),
-            false => f64::NEG_INFINITY,
+        let far = match self.boxes[part] {
+            // the largest of the sums over the corners, to the last bit
+            Some(h) => own.x.abs() * h.x + own.y.abs() * h.y,
+            None => {
+                let view = &self.views[part];
+                let behind = match self.solid {
+                    true => own.dot(&view.inner()),
+                    false => f64::NEG_INFINITY,
+                };
+                let points = view.points.iter().map(|p| own.dot(p));
+                points.fold(behind, f64::max)
+            }
         };
-        let points = view.points.iter().map(|p| own.dot(p));
-        let far = points.fold(behind, f64::max);
         outward.dot(&poses[part].translation) + far + self.rounding[part]
     }
 
