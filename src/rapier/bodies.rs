@@ -38,6 +38,8 @@ pub(super) struct Bodies {
     newly_exact: Vec<RigidBodyHandle>,
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
+    /// Bodies that the user placed elsewhere since detection last read this list.
+    pub placed: Vec<RigidBodyHandle>,
     pub sleepers: Sleepers,
     /// Bodies that rapier or the user has put to sleep.
     pub slept: Vec<usize>,
@@ -335,6 +337,7 @@ impl Bodies {
         }
         let shadow = &mut self.list[k as usize];
         self.sleepers.mark_to_wake(shadow.group);
+        self.placed.push(handle);
         shadow.pose = pose;
         shadow.written_pose = *body.position();
         shadow.written_velocity = (body.linvel(), body.angvel());

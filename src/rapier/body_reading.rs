@@ -155,6 +155,9 @@ impl Bodies {
         if first {
             shadow.last = Pose64::from_rapier_body(&pose);
         }
+        if !first && pose != shadow.written_pose {
+            self.placed.push(shadow.handle);
+        }
         if first || pose != shadow.written_pose {
             shadow.pose = Pose64::from_rapier_body(&pose);
             shadow.written_pose = pose;

@@ -93,6 +93,48 @@ fn who_is_placed_wakes_and_so_does_who_lay_on_it() {
     assert!(y < 0.0, "{y}");
 }
 
+/// Bug: the side of a closed chain on which a body lay was kept when the user placed it on the other one, where nothing
+/// held it.
+#[test]
+fn who_is_placed_inside_of_a_ring_stays_inside() {
+    for exact in [false, true] {
+        let mut world = PhysicsWorld::new();
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let corners = corners.map(|[x, y]| at(x, y)).to_vec();
+        let edges = vec![[0, 1], [1, 2], [2, 3], [3, 0]];
+        world.insert(
+            RigidBodyBuilder::fixed(),
+            ColliderBuilder::polyline(corners, Some(edges)),
+        );
+        let (body, _) = world.insert(
+            RigidBodyBuilder::dynamic().translation(at(0.0, 1.15)),
+            ColliderBuilder::cuboid(0.1, 0.1),
+        );
+        let mut p = pipeline();
+        steps(&mut p, &mut world, 30);
+        let y = p.pose(body).unwrap().translation.y;
+        assert!((y - 1.1).abs() < 1e-3, "outside, {y}");
+        for (place, rests) in [([0.0, -0.8995], -0.9), ([0.0, 1.1005], 1.1)] {
+            let place = Vec2::from(place);
+            match exact {
+                true => {
+                    let pose = Pose64::new(place, 0.0);
+                    p.place(&mut world, body, pose, Vec3::zeros()).unwrap();
+                }
+                false => {
+                    world.bodies[body].set_translation(at(place.x, place.y), true);
+                }
+            }
+            steps(&mut p, &mut world, 60);
+            let y = p.pose(body).unwrap().translation.y;
+            assert!(
+                (y - rests).abs() < 1e-3,
+                "placed at {place}, exact {exact}: {y}"
+            );
+        }
+    }
+}
+
 #[derive(Default)]
 struct Log(Mutex<Vec<CollisionEvent>>);
 

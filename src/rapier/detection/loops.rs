@@ -14,6 +14,7 @@ use super::marks::Marks;
 use super::pairs::Finder;
 use super::shapes::{self, Piece};
 use crate::contact::Vec2;
+use rustc_hash::FxHashSet;
 
 /// Most segments of a loop that is tested for crossing itself.
 const MOST: usize = 4096;
@@ -27,6 +28,13 @@ fn order(chain: &Name, other: &Name) -> [u32; 4] {
 pub(super) fn forget_loops(names: [&Name; 2], memory: &mut Marks) {
     memory.set(order(names[0], names[1]), 0);
     memory.set(order(names[1], names[0]), 0);
+}
+
+/// Forgets the sides of all parts of some colliders: their bodies were placed elsewhere, and did not get there
+/// through a chain.
+pub(super) fn forget_placed(slots: &FxHashSet<u32>, memory: &mut Marks) {
+    let placed = |slot: &u32| slots.contains(slot);
+    memory.retain(|order| order[2] != u32::MAX || !order[..2].iter().any(placed));
 }
 
 /// Keeps the sides of two parts that a pass does not look at.

@@ -68,6 +68,11 @@ impl Marks {
         all
     }
 
+    /// Drops the values of all other keys.
+    pub fn retain(&mut self, keep: impl Fn(&[u32; 4]) -> bool) {
+        self.now.retain(|order, _| keep(order));
+    }
+
     pub fn restore(&mut self, marks: &[([u32; 4], u32)]) {
         self.now = marks.iter().copied().collect();
     }

@@ -285,6 +285,12 @@ impl Detector {
         if !gone.is_empty() {
             self.pairs.forget(&gone, &self.leaves);
         }
+        if !bodies.placed.is_empty() {
+            let placed = bodies.placed.drain(..).filter_map(|h| world.bodies.get(h));
+            let own = placed.flat_map(|body| body.colliders());
+            self.pairs
+                .forget_placed(&own.map(|h| h.into_raw_parts().0).collect());
+        }
         for &slot in &self.colliders.changed {
             self.leaves.insert(slot, &self.colliders, bodies);
         }

@@ -7,7 +7,7 @@ use super::couple::Couple;
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
-use super::loops::{forget_loops, keep_loops};
+use super::loops::{forget_loops, forget_placed, keep_loops};
 use super::output::Group;
 use super::points::Pair;
 use super::rows::{Row, Rows, retain};
@@ -68,6 +68,11 @@ impl Pairs {
         for leaf in gone {
             forget_side(&leaves.names[*leaf as usize], faces);
         }
+    }
+
+    /// See [`forget_placed`].
+    pub fn forget_placed(&mut self, slots: &FxHashSet<u32>) {
+        forget_placed(slots, &mut self.scratch.faces);
     }
 
     /// See [`super::Detector::event_contacts`].
