@@ -412,7 +412,7 @@ impl Totals {
 }
 
 /// The larger of two; NaN once any value is NaN, because it is then unknown for the run.
-fn larger(worst: f64, value: f64) -> f64 {
+pub(super) fn larger(worst: f64, value: f64) -> f64 {
     if worst.is_nan() || worst > value {
         worst
     } else {

@@ -1,7 +1,7 @@
 //! Judges whether a scene held, from its poses and its energy balance, not from its solver.
 
 use super::joint_gap::Pins;
-use super::simulate::{Engine, Totals};
+use super::simulate::{Engine, Totals, larger};
 use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::dynamics::record::StepRecord;
 use crate::scene::{BodyKind, Built, LASTING, Limits, Scene, SlidingLeast};
@@ -154,7 +154,7 @@ impl Judge {
             self.gaps.push(gap, self.window);
             let least = match gap.is_nan() {
                 true => Some(gap),
-                false => self.gaps.get(self.window),
+                false => self.gaps.of_last(self.window),
             };
             if let Some(least) = least {
                 self.worst_gap = Some(larger(self.worst_gap.unwrap_or(0.0), least));
@@ -193,7 +193,13 @@ impl Judge {
             check("overlap", ratio, limits.overlap, of);
         }
         // a run shorter than a window counts as a whole
-        if let Some(ratio) = self.worst_gap.or_else(|| self.gaps.get(1)) {
+        // at the end half a window is enough
+        let last = self.gaps.at_end(self.window);
+        let gap = match (self.worst_gap, last) {
+            (Some(worst), Some(last)) => Some(larger(worst, last)),
+            (worst, last) => worst.or(last),
+        };
+        if let Some(ratio) = gap {
             let why = format!(
                 "a joint stays open by {:.2} % of its smaller body",
                 100.0 * ratio
@@ -252,14 +258,5 @@ impl Judge {
             checks,
             passed_through: self.named,
         }
-    }
-}
-
-/// The larger of two; NaN once any value is NaN.
-fn larger(worst: f64, value: f64) -> f64 {
-    if worst.is_nan() || worst > value {
-        worst
-    } else {
-        value
     }
 }

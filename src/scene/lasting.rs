@@ -16,7 +16,7 @@ pub(crate) struct SlidingLeast {
 }
 
 impl SlidingLeast {
-    /// Adds a value; one that is no number counts as infinite.
+    /// Adds a value, and forgets those before the last `window`. One that is no number counts as infinite.
     pub fn push(&mut self, value: f64, window: usize) {
         let value = if value.is_nan() { f64::INFINITY } else { value };
         while self.queue.back().is_some_and(|last| last.1 >= value) {
@@ -33,10 +33,21 @@ impl SlidingLeast {
         }
     }
 
-    /// The least of the last window, if there have been as many values as `least` says.
-    pub fn get(&self, least: usize) -> Option<f64> {
-        let first = self.queue.front().filter(|_| self.count >= least);
-        first.map(|first| first.1)
+    /// The least of the last values, `last` of them; `None` if there have been fewer.
+    pub fn of_last(&self, last: usize) -> Option<f64> {
+        let known = self.count >= last;
+        let mut queue = self.queue.iter().filter(|_| known);
+        queue
+            .find(|entry| entry.0 + last >= self.count)
+            .map(|entry| entry.1)
+    }
+
+    /// The least of the last half of a window, or of all values if they are fewer than a window.
+    pub fn at_end(&self, window: usize) -> Option<f64> {
+        self.of_last(match self.count < window {
+            true => self.count,
+            false => window.div_ceil(2),
+        })
     }
 }
 
@@ -88,15 +99,20 @@ impl Lasting {
         self.worst = self.so_far(self.window);
     }
 
-    /// The worst ratio of depth to size of an overlap that lasted a window, or all of a shorter run, and its pair.
+    /// The worst ratio of depth to size of an overlap that lasted a window, at the end half of one, or all of a shorter
+    /// run, and its pair.
     pub fn worst(&self) -> (f64, Option<[u32; 2]>) {
-        self.so_far(self.window.min(self.steps.max(1)))
+        match self.steps < self.window {
+            true => self.so_far(self.steps.max(1)),
+            false => self.so_far(self.window.div_ceil(2)),
+        }
     }
 
+    /// The worst so far, also of those that go on and have lasted `least` steps.
     fn so_far(&self, least: usize) -> (f64, Option<[u32; 2]>) {
         let mut found = self.worst;
         for (&(a, b), present) in &self.present {
-            let Some(ratio) = present.get(least) else {
+            let Some(ratio) = present.of_last(least) else {
                 continue;
             };
             // of equal ratios the first pair, so that the order of the map does not matter
@@ -122,7 +138,11 @@ mod tests {
                 least.push(*value, window);
                 let all = &values[(k + 1).saturating_sub(window)..=k];
                 let expected = all.iter().copied().fold(f64::INFINITY, f64::min);
-                assert_eq!(least.get(1), Some(expected));
+                assert_eq!(least.of_last(window.min(k + 1)), Some(expected));
+                for last in 1..=window.min(k + 1) {
+                    let all = values[k + 1 - last..=k].iter().copied();
+                    assert_eq!(least.of_last(last), Some(all.fold(f64::INFINITY, f64::min)));
+                }
             }
         }
     }
@@ -143,6 +163,21 @@ mod tests {
                 let pair = (expected > 0.0).then_some([1, 2]);
                 assert_eq!(lasting.worst(), (expected, pair), "{begin} {long}");
             }
+        }
+    }
+
+    /// At the end half a window is enough, as nothing tells how it goes on.
+    #[test]
+    fn what_lasts_at_the_end_counts() {
+        for (long, expected) in [(4, 0.0), (5, 0.2), (9, 0.2)] {
+            let mut lasting = Lasting::new(10);
+            for k in 0..50 {
+                if k >= 50 - long {
+                    lasting.add((1, 2), 0.2);
+                }
+                lasting.step();
+            }
+            assert_eq!(lasting.worst().0, expected, "{long}");
         }
     }
 
