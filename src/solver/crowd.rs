@@ -47,7 +47,7 @@ const PLAIN: usize = 4;
 /// follow; the best of them counts. The scale of a heap almost at rest is what gravity gives in a step, and
 /// a contact that is new may leave a sixth of it. The largest residual of a round may be above that of
 /// the round before.
-const MUCH: f64 = 0.1;
+pub(super) const MUCH: f64 = 0.1;
 const MORE: usize = 3;
 
 impl Default for Crowd {
@@ -114,6 +114,22 @@ impl Crowd {
             }
             change == 0.0 || checks && judge.natural_map(problem, impulses).certified(tolerance)
         })
+    }
+
+    /// So many sweeps from `impulses`, as they are.
+    pub(super) fn sweep_all(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        sweeps: usize,
+    ) -> SolveReport {
+        self.judge.prepare(problem);
+        let sweeps = self.run(problem, impulses, exact(tolerance), (sweeps, true));
+        SolveReport {
+            sweeps,
+            ..SolveReport::of(self.judge.natural_map(problem, impulses), tolerance)
+        }
     }
 
     /// `sweeps` sweeps from zero, for displacements, which need no certificate. Returns the impulses.

@@ -42,6 +42,7 @@ mod block_status;
 mod continuation;
 mod crowd;
 mod crowd_four;
+mod crowd_near;
 mod crowd_part;
 mod crowd_sweep;
 mod direct;
