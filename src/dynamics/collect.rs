@@ -98,6 +98,35 @@ impl Interval {
         self.swap_blocks(&mut own);
     }
 
+    /// Chooses the rules of the contacts from number `from` on, which were found later, and adds their blocks
+    /// behind all others.
+    pub fn collect_more(
+        &mut self,
+        rules: &Rules,
+        cache: &CachedContacts,
+        inverse_mass: &[Vec3],
+        span: Span,
+        from: usize,
+    ) {
+        let contacts = &self.detection.contacts;
+        let choices = Choices {
+            rules,
+            cache,
+            members: None,
+            inverse_mass,
+            span,
+            springs: Springs::of(&contacts[from..], inverse_mass.len()),
+        };
+        let mut more = Collected::default();
+        let mut next = cache.next();
+        self.collect_contacts(&choices, from..contacts.len(), &mut next, &mut more);
+        more.pairs.retain(|pair| !self.pairs.contains(pair));
+        let mut own = Collected::default();
+        self.swap_blocks(&mut own);
+        own.append(&mut more);
+        self.swap_blocks(&mut own);
+    }
+
     /// Chooses the rules of some contacts, and adds the blocks of those that take part to `into`.
     /// `next` is that of [`CachedContacts::find`].
     fn collect_contacts(

@@ -88,6 +88,8 @@ pub(super) struct Interval {
     /// contacts that [`super::first_step`] has followed.
     pub first: bool,
     pub ahead: FxHashMap<ContactKey, Vec2>,
+    /// The first block of the contacts of [`super::driven`], if it is solved again with these.
+    pub driven_from: Option<u32>,
     /// What threads collect, kept to reuse its memory.
     pub parts: Vec<Collected>,
 }
@@ -218,6 +220,7 @@ impl Interval {
         self.pairs.clear();
         self.deferred.clear();
         self.passed_limits.clear();
+        self.driven_from = None;
     }
 
     /// Identifies a block from step to step.

@@ -233,7 +233,13 @@ impl Worker {
         answer.begin(island);
         answer.crowd = true;
         let (problem, impulses) = (&island.problem, &mut answer.impulses);
-        let mut report = crowd.solve(problem, impulses, task.tolerance);
+        let mut report = match task.interval.driven_from {
+            Some(first) => {
+                let from = members.partition_point(|i| *i < first);
+                crowd.solve_more(problem, impulses, from, task.tolerance)
+            }
+            None => crowd.solve(problem, impulses, task.tolerance),
+        };
         if task.rules.effort == Effort::Exact && !report.solved() {
             // the sweeps' impulses that hold each other in balance mislead the solver
             island.warm.fill(Vec2::zeros());

@@ -109,24 +109,27 @@ impl Solution {
     ) {
         for (&i, &p) in members.iter().zip(impulses) {
             self.impulses[i as usize] = p;
-            self.resolution[i as usize] = result.resolution;
         }
         self.store_change(interval, members, result.change.as_deref());
     }
 
     /// Stores the rest of the results, one for each of `islands`.
-    pub fn finish(&mut self, results: impl Iterator<Item = IslandResult>) {
+    pub fn finish<'a>(&mut self, results: impl Iterator<Item = &'a IslandResult>) {
         for (k, result) in results.enumerate() {
-            let members = self.islands.blocks(k).iter();
-            for (&i, b) in members.zip(result.bias.into_iter().flatten()) {
+            let members = self.islands.blocks(k);
+            for (&i, &b) in members.iter().zip(result.bias.iter().flatten()) {
                 self.bias[i as usize] = b;
             }
-            for (joint, energy) in result.energies {
+            for &i in members {
+                self.resolution[i as usize] = result.resolution;
+            }
+            for &(joint, energy) in &result.energies {
                 self.energies[joint] = energy;
             }
-            self.unclosed.extend(result.unclosed);
+            self.unclosed.extend(&result.unclosed);
             self.outcomes.push(result.outcome);
-            self.problems.extend(result.problem.map(|problem| *problem));
+            let problem = result.problem.clone();
+            self.problems.extend(problem.map(|problem| *problem));
         }
         self.unclosed.sort_unstable();
     }

@@ -74,6 +74,7 @@ impl IslandSolver {
         if interval.roles.dominance.is_empty() {
             let mut set = std::mem::take(&mut self.set);
             match rules.distant {
+                _ if interval.driven_from.is_some() => set.add(interval.blocks.len()),
                 true => set.begin_with_all(interval.blocks.len()),
                 false => set.begin_with_near(interval, &solution.islands),
             }
@@ -82,7 +83,7 @@ impl IslandSolver {
             self.set = set;
         } else {
             let results = self.solve_levels(interval, solution, inverse_mass, rules);
-            solution.finish(results.into_iter().flatten());
+            solution.finish(results.iter().flatten());
         }
     }
 
@@ -148,7 +149,11 @@ impl IslandSolver {
         interval: &Interval,
     ) -> Job {
         let mut keys = members.iter().map(|&i| interval.key(i as usize));
-        let crowd = members.len() > LARGE && self.cache.is_crowd(keys.clone(), interval.whole);
+        let crowd = members.len() > LARGE
+            && self.cache.is_crowd(
+                keys.clone(),
+                interval.whole && interval.driven_from.is_none(),
+            );
         let stores = members.len() >= LEAST_BLOCKS_FOR_FACTORS && interval.whole;
         let first = keys.next().filter(|_| stores);
         Job {

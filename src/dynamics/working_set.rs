@@ -44,6 +44,16 @@ impl WorkingSet {
         self.solved.clear();
     }
 
+    /// Goes on with further blocks: only islands with one of them are solved again.
+    pub fn add(&mut self, count: usize) {
+        let before = self.included.len();
+        self.round = 1;
+        self.included.resize(count, true);
+        self.added.clear();
+        self.added.resize(before, false);
+        self.added.resize(count, true);
+    }
+
     /// Begins with the blocks that (1) leaves in, with `islands` of all blocks.
     pub fn begin_with_near(&mut self, interval: &Interval, islands: &Islands) {
         let count = interval.blocks.len();
@@ -99,9 +109,9 @@ impl WorkingSet {
     }
 
     /// The results of all islands, in the order of their first blocks.
-    pub fn results(&mut self) -> impl Iterator<Item = IslandResult> {
+    pub fn results(&mut self) -> impl Iterator<Item = &IslandResult> {
         self.sort();
-        self.solved.drain(..).filter_map(|(_, result)| result)
+        self.solved.iter().filter_map(|(_, result)| result.as_ref())
     }
 
     /// Sorts the results that count.
