@@ -49,6 +49,7 @@ mod contact_cache;
 mod crowd;
 mod cut_links;
 mod debts;
+mod driven;
 mod energy_bound;
 mod events;
 mod first_step;

@@ -317,6 +317,21 @@ pub trait MultibodyModel {
         Ok(())
     }
 
+    /// Adds contacts of bodies that are apart at the present midpoint and overlap at the next one, `dt` \[s\]
+    /// later, with the velocities `ends` \[m/s, rad/s\]. Their gap is the one with which the rows of the
+    /// present midpoint tell that overlap: `g = g(q + Δt u) − Δt J u`. `known` are the contacts that
+    /// [`MultibodyModel::detect`] has found at this midpoint.
+    ///
+    /// Not needed by models whose gaps are nearly linear within a step.
+    fn detect_driven(
+        &mut self,
+        _ends: &[Vec3],
+        _dt: f64,
+        _known: &[ContactPoint],
+        _out: &mut Detection,
+    ) {
+    }
+
     /// Adds all joint rows at the present configuration, in the order of
     /// [`MultibodyModel::detect`]. Position correction calls this often: provide a faster version
     /// if there is one.

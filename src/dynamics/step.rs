@@ -224,6 +224,7 @@ impl MoreauStepper {
         let dt = record.dt;
         let overlaps = self.set_up(model, rules, dt)?;
         self.solve(rules, dt)?;
+        self.solve_driven(model, rules, record)?;
         if self.interval.first {
             self.solve_again(model, rules, record)?;
         }

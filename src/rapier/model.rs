@@ -7,7 +7,7 @@ use super::joints::Joints;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::ContactRecord;
 use crate::dynamics::{
-    BodyRoles, Configuration, Detection, JointRow, ModelError, MultibodyModel, Pose64,
+    BodyRoles, Configuration, ContactPoint, Detection, JointRow, ModelError, MultibodyModel, Pose64,
 };
 
 /// A rapier world as a multibody model, for the duration of one step.
@@ -177,6 +177,20 @@ impl MultibodyModel for RapierModel<'_> {
         self.detector
             .detect_pairs(hooks, self.bodies, pairs, dt, out);
         Ok(())
+    }
+
+    fn detect_driven(
+        &mut self,
+        ends: &[Vec3],
+        dt: f64,
+        known: &[ContactPoint],
+        out: &mut Detection,
+    ) {
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
+        self.detector.detect_driven(hooks, (ends, dt), known, out);
     }
 
     fn detect_joints(&mut self, _dt: f64, out: &mut Vec<JointRow>) -> Result<(), ModelError> {

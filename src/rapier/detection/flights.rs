@@ -13,7 +13,7 @@
 //! Source: Eberly, *Intersection of Convex Objects: The Method of Separating Axes* (2001), on objects
 //! with constant velocity.
 
-use super::super::kernels::{Axes, Axis, Core, Part, Touch, with_axes};
+use super::super::kernels::{Axes, Axis, Part, Touch, with_axes};
 use super::couple::Couple;
 use super::pairs::Finder;
 use super::seams::FLUSH;
@@ -37,12 +37,8 @@ impl Finder<'_> {
         // a floor's own contacts tell the direction at its seams
         let free = couple.bodies.iter().all(|body| !body.immovable);
         let sharp = |part: &Part| {
-            let corners = match part.core {
-                Core::Box(_) | Core::Polygon(_) => true,
-                Core::Edge(_) => free && part.is_one_sided() && part.has_sharp_corner(),
-                _ => false,
-            };
-            corners && part.rounding == 0.0
+            let corner = || part.is_one_sided() && part.has_sharp_corner();
+            part.is_sharp_polygon() || free && part.rounding == 0.0 && corner()
         };
         if flies && bound < motion && couple.parts.into_iter().all(sharp) {
             self.meet_last(couple, [1e-7 * size, reach], found);
@@ -50,11 +46,16 @@ impl Finder<'_> {
     }
 
     #[inline(never)]
-    fn meet_last(&self, couple: &Couple, [noise, reach]: [f64; 2], found: &mut Vec<Touch>) {
+    pub(super) fn meet_last(
+        &self,
+        couple: &Couple,
+        [noise, reach]: [f64; 2],
+        found: &mut Vec<Touch>,
+    ) {
         let (now, next) = (couple.poses(), couple.poses_at(self.step));
         let toward = couple.bodies[1].center - couple.bodies[0].center;
         with_axes(couple.parts, &now, (toward, None), |axes| {
-            let Some(axis) = last_axis(axes, [&now, &next]) else {
+            let Some(axis) = last_axis(axes, [&now, &next], 0.0) else {
                 return;
             };
             let direction = axes.direction(&now, axis);
@@ -80,18 +81,20 @@ impl Finder<'_> {
 }
 
 /// The axis of equation (1); `None` if one separates the two polygons at the end as well. It may be the
-/// wrong one where the polygons slide along each other: see [`super::seams`].
-fn last_axis(axes: &Axes, [now, next]: [&[Pose64; 2]; 2]) -> Option<Axis> {
-    let mut last: Option<(f64, Axis)> = None;
+/// wrong one where the polygons slide along each other: see [`super::seams`]. Two that overlap by no more than
+/// `little` \[m\] count as apart, now and at the end.
+pub(super) fn last_axis(axes: &Axes, [now, next]: [&[Pose64; 2]; 2], little: f64) -> Option<Axis> {
+    let mut last: Option<([f64; 2], Axis)> = None;
     for axis in axes.all() {
         let gap = |poses| axes.separation(poses, axes.direction(poses, axis));
         let left = gap(next);
-        if left >= 0.0 {
+        if left >= -little {
             return None;
         }
         let apart = gap(now);
-        let time = apart / (apart - left);
-        if apart > 0.0 && last.is_none_or(|(latest, _)| time > latest) {
+        // of axes that are crossed now the one with the least overlap
+        let time = [apart.max(0.0) / (apart.max(0.0) - left), apart.min(0.0)];
+        if apart > -little && last.is_none_or(|(latest, _)| time > latest) {
             last = Some((time, axis));
         }
     }

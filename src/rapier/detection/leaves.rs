@@ -97,6 +97,8 @@ pub(super) struct Leaves {
     pub travel: Vec<f64>,
     /// Per leaf; valid after [`Leaves::reach`].
     pub near: Vec<Near>,
+    /// Size \[m\] of the smallest sharp polygon there has been; `None` if there was none.
+    pub least_sharp: Option<f64>,
     attachments: Vec<Attachment>,
     free: Vec<u32>,
     /// Per collider, its leaves.
@@ -141,6 +143,10 @@ impl Leaves {
             self.of_slot.resize_with(slot as usize + 1, Vec::new);
         }
         for piece in &known.pieces {
+            if piece.part.is_sharp_polygon() {
+                let size = known.surface.size;
+                self.least_sharp = Some(self.least_sharp.map_or(size, |least| least.min(size)));
+            }
             let local = known.local.compose(&piece.local);
             let body = colliders.body(slot, bodies);
             let old = self.body_pose(body, bodies);

@@ -14,6 +14,7 @@
 mod chains;
 mod colliders;
 mod couple;
+mod driven;
 mod exhaustive;
 mod flights;
 mod grid;

@@ -8,6 +8,7 @@ use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::loops::{forget_loops, forget_placed, keep_loops};
+use super::marks::Marks;
 use super::output::Group;
 use super::points::Pair;
 use super::rows::{Row, Rows, retain};
@@ -68,6 +69,10 @@ impl Pairs {
         for leaf in gone {
             forget_side(&leaves.names[*leaf as usize], faces);
         }
+    }
+
+    pub fn faces_now(&self) -> &Marks {
+        &self.scratch.faces
     }
 
     /// See [`forget_placed`].

@@ -60,6 +60,11 @@ impl Part {
         matches!(&self.core, Core::Edge(edge) if edge.one_sided)
     }
 
+    /// Whether this is a box or polygon without rounded corners.
+    pub fn is_sharp_polygon(&self) -> bool {
+        self.rounding == 0.0 && matches!(self.core, Core::Box(_) | Core::Polygon(_))
+    }
+
     /// Whether this is a sharp segment with two sides.
     pub fn is_sheet(&self) -> bool {
         self.rounding == 0.0 && self.is_two_sided()

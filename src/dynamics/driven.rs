@@ -1,0 +1,66 @@
+//! Contacts that the solution of a step makes necessary.
+//!
+//! Contacts keep bodies apart to first order, in the directions of the midpoint. Where the solution
+//! turns bodies by large angles, or pushes them past a corner, they overlap at the next midpoint all the
+//! same. The model finds these overlaps from the solved velocities
+//! ([`MultibodyModel::detect_driven`]), and the step is solved once more with a contact for each.
+//!
+//! Islands that have none of these contacts keep their solution. In a crowd the contacts near a new one are
+//! swept first, then a few times all.
+
+use super::model::{Detection, MultibodyModel};
+use super::record::StepRecord;
+use super::rules::{Rules, Span};
+use super::settings::StepError;
+use super::stepper::MoreauStepper;
+
+/// Most times that a step is solved again. What overlaps then is moved apart by the position pass.
+const ROUNDS: usize = 2;
+
+impl MoreauStepper {
+    /// Solves the step again as long as its solution drives bodies into each other.
+    ///
+    /// # Errors
+    /// [`StepError::NonFinite`].
+    pub(super) fn solve_driven<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        record: &mut StepRecord,
+    ) -> Result<(), StepError> {
+        // events find the contacts of each instant
+        if rules.events || !rules.corrects_gaps() {
+            return Ok(());
+        }
+        let dt = record.dt;
+        let detected = self.interval.detection.contacts.len();
+        for _ in 0..ROUNDS {
+            let mut driven = Detection::default();
+            let known = &self.interval.detection.contacts[..detected];
+            model.detect_driven(&self.solution.end, dt, known, &mut driven);
+            if driven.contacts.is_empty() {
+                break;
+            }
+            let (interval, w) = (&mut self.interval, self.inverse_mass.as_slice());
+            let (first, contacts) = (interval.blocks.len(), &mut interval.detection.contacts);
+            let from = contacts.len();
+            contacts.append(&mut driven.contacts);
+            let (cache, span) = (&self.cache.contacts, Span::whole(dt));
+            interval.collect_more(rules, cache, w, span, from);
+            if interval.blocks.len() == first {
+                break;
+            }
+            // with dominance all islands are solved again, else the working set keeps their work
+            if !interval.roles.dominance.is_empty() {
+                let solved = &self.solution.outcomes;
+                solved.iter().for_each(|outcome| outcome.count_work(record));
+            }
+            let warm = interval.warm.iter_mut().zip(&self.solution.impulses);
+            warm.for_each(|(warm, solved)| *warm = *solved);
+            interval.driven_from = Some(first as u32);
+            self.solve(rules, dt)?;
+        }
+        self.interval.driven_from = None;
+        Ok(())
+    }
+}
