@@ -8,6 +8,7 @@ mod closed_forms;
 mod closed_loops;
 mod crowds;
 mod determinism;
+mod driven;
 mod energy;
 mod events;
 mod events_worse;

@@ -6,14 +6,14 @@ use moreau2d::experiment::{Engine, simulate};
 use moreau2d::scene::Built;
 
 /// Corners of a box of half sizes `h`.
-fn corners(built: &Built, k: usize, h: [f64; 2]) -> [Vec2; 4] {
+pub fn corners(built: &Built, k: usize, h: [f64; 2]) -> [Vec2; 4] {
     let (pose, _) = built.state(k).unwrap();
     [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
         .map(|[x, y]| pose.apply(Vec2::new(x * h[0], y * h[1])))
 }
 
 /// Depth \[m\] of two convex quadrilaterals in each other by separating axes; negative if apart.
-fn depth(a: &[Vec2; 4], b: &[Vec2; 4]) -> f64 {
+pub fn depth(a: &[Vec2; 4], b: &[Vec2; 4]) -> f64 {
     let mut least = f64::INFINITY;
     for (own, other) in [(a, b), (b, a)] {
         for i in 0..4 {
@@ -85,7 +85,7 @@ fn boxes_that_rebound_in_flight_never_overlap() {
 }
 
 /// Bodies that stay in contact while they turn fast overlap by the curve of their path, to second order in
-/// the step, less than without events.
+/// the step, less than without events. Without restitution the step sees that curve ahead.
 #[test]
 fn boxes_that_land_in_flight_overlap_less_than_without_events() {
     for (e, count) in [(0.0, 200), (0.5, 200)] {
@@ -99,8 +99,9 @@ fn boxes_that_land_in_flight_overlap_less_than_without_events() {
             }
         }
         println!("e {e}: {sums:?} {over:?}");
+        let (share, most) = if e == 0.0 { (0.35, 0.065) } else { (0.1, 0.05) };
         assert!(
-            sums[1] < 0.1 * sums[0] && over[1] < over[0] / 5,
+            sums[1] < most && sums[1] < share * sums[0] && 4 * over[1] < over[0],
             "{sums:?} {over:?}"
         );
     }
@@ -108,12 +109,12 @@ fn boxes_that_land_in_flight_overlap_less_than_without_events() {
 
 /// Bug: without events, boxes that were corner to corner at a midpoint, or had nearly parallel faces,
 /// were met along the wrong axis, at one of two corners, or not at all: 9 of these 500 ended a step more than
-/// 30 mm deep in each other. What is left is the second order of their turn, up to 0.7 rad in a step.
+/// 30 mm deep in each other, and 28 more than 10 mm, by the second order of their turn, up to 0.7 rad in a step.
 #[test]
 fn boxes_in_flight_are_met_along_the_axis_that_they_cross_last() {
     let deepest = (5000..5500).map(|seed| meeting(seed, [0.0, 0.5], 1.0 / 60.0, false));
     let deepest: Vec<f64> = deepest.collect();
     let over = |depth: f64| deepest.iter().filter(|d| **d > depth).count();
     println!("over 10 mm: {}, over 30 mm: {}", over(1e-2), over(3e-2));
-    assert!(over(0.0) > 100 && over(1e-2) <= 28 && over(3e-2) == 0);
+    assert!(over(0.0) > 50 && over(1e-2) <= 1 && over(3e-2) == 0);
 }
