@@ -50,7 +50,8 @@ pub struct ContactRecord {
     pub position: Vec2,
     #[serde(with = "super::saved::pair")]
     pub normal: Vec2,
-    /// `g_N` \[m\] there; positive is open.
+    /// `g_N` \[m\] there; positive is open. Of a contact that the solution of the step made necessary the one of
+    /// [`MultibodyModel::detect_driven`](super::MultibodyModel::detect_driven).
     pub gap: f64,
     /// `P_N`, `P_T` [N s].
     pub impulse_n: f64,
