@@ -29,6 +29,7 @@ mod cone;
 pub mod examples;
 mod law;
 mod local;
+mod local_bodies;
 mod local_four;
 mod operator;
 mod problem;
@@ -38,6 +39,7 @@ pub use blocks::BlockMatrix;
 pub use cone::project_onto_cone;
 pub use law::Law;
 pub use local::solve_local;
+pub(crate) use local_bodies::LocalBodies;
 #[cfg(test)]
 pub(crate) use local_four::levels;
 pub(crate) use local_four::{Four, FourContacts, Slip, load_four, solve_four};

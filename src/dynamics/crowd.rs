@@ -18,12 +18,13 @@
 use super::asked::Asked;
 use super::interval::{Interval, Source, movable};
 use super::island_problem::IslandProblem;
-use super::local_bodies::LocalBodies;
 use super::midpoint_gaps::{least_size, least_size_squared, opening};
 use super::model::{ContactPoint, NormalLaw};
 use super::pair_set::PairSet;
 use super::solution::Solution;
-use crate::contact::{BodyOperator, ContactProblem, Delassus, NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{
+    BodyOperator, ContactProblem, Delassus, LocalBodies, NO_BODY, Rows, Vec2, Vec3,
+};
 use crate::solver::Crowd;
 
 /// Gap up to which a contact of a crowd touches, as a share of the size of the smaller body. It trades

@@ -3,9 +3,8 @@
 use super::contact_cache::JointEnergy;
 use super::interval::{Interval, Source};
 use super::kinetic::kinetic_of;
-use super::local_bodies::LocalBodies;
 use super::solution::Solution;
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, Vec2, Vec3};
+use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, LocalBodies, Vec2, Vec3};
 
 /// Islands with more blocks, some of them rigid contacts, become crowds where the solver leaves much, see
 /// [`super::crowd`].

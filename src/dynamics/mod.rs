@@ -65,7 +65,6 @@ mod joint_frames;
 mod joint_recovery;
 mod joint_rules;
 mod kinetic;
-mod local_bodies;
 mod midpoint_gaps;
 mod model;
 mod outcome;

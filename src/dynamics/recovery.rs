@@ -6,14 +6,15 @@ use super::crowd::overlaps as crowd_overlaps;
 use super::interval::{Interval, Source, movable};
 use super::island_problem::LARGE;
 use super::islands::Islands;
-use super::local_bodies::LocalBodies;
 use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::pair_set::{KnownPairs, PairSet};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solution::Solution;
 use super::solve::IslandSolver;
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{
+    BodyOperator, ContactProblem, Delassus, Law, LocalBodies, NO_BODY, Rows, Vec2, Vec3,
+};
 use rustc_hash::FxHashSet;
 
 /// Duration \[s\] from which an overlap counts as lasting.

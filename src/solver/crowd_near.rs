@@ -2,7 +2,7 @@
 
 use super::crowd::MUCH;
 use super::{Crowd, ImpulseSolver, SolveReport};
-use crate::contact::{BodyOperator, ContactProblem, Delassus, NO_BODY, Vec2, Vec3};
+use crate::contact::{BodyOperator, ContactProblem, Delassus, LocalBodies, NO_BODY, Vec2, Vec3};
 
 /// The blocks that are swept are those that share a body with a new contact, those that share one with these,
 /// and so on.
@@ -32,7 +32,7 @@ impl Crowd {
                     .solve(&part.problem, &mut part.impulses, tolerance)
                     .sweeps;
                 for (&i, &p) in near.iter().zip(&part.impulses) {
-                    impulses[i] = p;
+                    impulses[i as usize] = p;
                 }
                 let found = self.sweep_all(problem, impulses, tolerance, ALL);
                 SolveReport {
@@ -51,7 +51,7 @@ impl Crowd {
 }
 
 /// The blocks within [`RINGS`] of those from number `from` on, ascending.
-fn neighbourhood(op: &BodyOperator, from: usize) -> Vec<usize> {
+fn neighbourhood(op: &BodyOperator, from: usize) -> Vec<u32> {
     let sides = |i: usize| (op.rows[i].bodies.into_iter()).filter(|body| *body != NO_BODY);
     let mut blocks = vec![0; op.inverse_mass.len()];
     (0..op.rows.len())
@@ -67,7 +67,8 @@ fn neighbourhood(op: &BodyOperator, from: usize) -> Vec<usize> {
             *inside |= sides(i).any(|body| reached[body as usize]);
         }
     }
-    (0..op.rows.len()).filter(|i| inside[*i]).collect()
+    let all = 0..op.rows.len() as u32;
+    all.filter(|i| inside[*i as usize]).collect()
 }
 
 /// The problem of some blocks, with the velocities that the impulses of all others give their bodies.
@@ -77,41 +78,24 @@ struct Part {
 }
 
 impl Part {
-    fn of(
-        problem: &ContactProblem,
-        op: &BodyOperator,
-        impulses: &[Vec2],
-        blocks: &[usize],
-    ) -> Part {
+    fn of(problem: &ContactProblem, op: &BodyOperator, impulses: &[Vec2], blocks: &[u32]) -> Part {
         let mut given = vec![Vec3::zeros(); op.inverse_mass.len()];
         let mut next = blocks.iter().peekable();
         for (i, rows) in op.rows.iter().enumerate() {
-            if next.next_if_eq(&&i).is_none() && impulses[i] != Vec2::zeros() {
+            if next.next_if_eq(&&(i as u32)).is_none() && impulses[i] != Vec2::zeros() {
                 rows.push(impulses[i], &op.inverse_mass, &mut given);
             }
         }
-        let mut number = vec![NO_BODY; op.inverse_mass.len()];
         let mut own = BodyOperator::default();
-        for &i in blocks {
-            let mut rows = op.rows[i];
-            for body in rows.bodies.iter_mut().filter(|body| **body != NO_BODY) {
-                let known = &mut number[*body as usize];
-                if *known == NO_BODY {
-                    *known = own.inverse_mass.len() as u32;
-                    own.inverse_mass.push(op.inverse_mass[*body as usize]);
-                }
-                *body = *known;
-            }
-            own.rows.push(rows);
-        }
-        let free = |i: &usize| problem.free[*i] + op.rows[*i].velocity(&given);
+        LocalBodies::default().operator(blocks, |i| op.rows[i], &op.inverse_mass, &mut own);
+        let free = |i: &u32| problem.free[*i as usize] + op.rows[*i as usize].velocity(&given);
         Part {
             problem: ContactProblem {
                 operator: Delassus::Bodies(own),
                 free: blocks.iter().map(free).collect(),
-                laws: blocks.iter().map(|i| problem.laws[*i]).collect(),
+                laws: blocks.iter().map(|i| problem.laws[*i as usize]).collect(),
             },
-            impulses: blocks.iter().map(|i| impulses[*i]).collect(),
+            impulses: blocks.iter().map(|i| impulses[*i as usize]).collect(),
         }
     }
 }
@@ -122,8 +106,8 @@ mod tests {
     use crate::contact::examples::heap;
     use crate::contact::natural_map;
 
-    /// Five contacts that come last are solved by a tenth of the sweeps that all others took, which hardly
-    /// change what was left of these.
+    /// Sweeps near five contacts that come last, and a few over all, leave little more than a hundred over all
+    /// did before.
     #[test]
     fn few_new_contacts_are_solved_by_few_sweeps() {
         for seed in 1..6 {

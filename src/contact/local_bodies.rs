@@ -1,10 +1,10 @@
-//! Local numbers for the bodies of an island.
+//! Local numbers for the bodies of some blocks.
 
-use crate::contact::{BodyOperator, NO_BODY, Rows, Vec3};
+use super::{BodyOperator, NO_BODY, Rows, Vec3};
 
-/// Local body numbers of one island after the other.
+/// Local body numbers of one island, or another part of a problem, after the other.
 #[derive(Default)]
-pub(super) struct LocalBodies {
+pub(crate) struct LocalBodies {
     number: Vec<u32>,
     /// The bodies, by local number.
     pub bodies: Vec<u32>,
