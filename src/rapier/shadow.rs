@@ -15,6 +15,8 @@ pub(super) struct Shadow {
     pub center: Vec2,
     /// Distance of the farthest collider point from the centre of mass \[m\].
     pub radius: f64,
+    /// Number of parts of its colliders.
+    pub parts: usize,
     /// Thinnest extent of its colliders \[m\]; `None` until it is measured.
     pub thickness: Option<f64>,
     /// `M⁻¹` of the body, without the effect of damping.
@@ -118,6 +120,7 @@ impl Shadow {
             pose: Pose64::new(Vec2::zeros(), 0.0),
             center: Vec2::zeros(),
             radius: 0.0,
+            parts: 0,
             thickness: None,
             inverse_mass: Vec3::zeros(),
             load: Load::default(),

@@ -266,19 +266,19 @@ impl Colliders {
         Ok(())
     }
 
-    /// Distance of the farthest collider point from each body's centre of mass: bounds point
-    /// speeds.
+    /// Distance of the farthest collider point from each body's centre of mass, which bounds point
+    /// speeds, and the number of its parts.
     pub fn measure_bodies(&self, bodies: &mut Bodies) {
-        bodies
-            .list
-            .iter_mut()
-            .for_each(|shadow| shadow.radius = 0.0);
+        for shadow in &mut bodies.list {
+            (shadow.radius, shadow.parts) = (0.0, 0);
+        }
         for known in self.list.iter().flatten() {
             if let Some(k) = known.parent.and_then(|h| bodies.index_of(h)) {
                 let shadow = &mut bodies.list[k as usize];
                 let (center, radius) = known.circle;
                 let distance = (center - shadow.center).norm();
                 shadow.radius = shadow.radius.max(distance + radius);
+                shadow.parts += known.pieces.len();
             }
         }
     }

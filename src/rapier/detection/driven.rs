@@ -60,13 +60,19 @@ impl Detector {
             step: dt,
             ..self.finder(hooks, self.span)
         };
-        pairs.driven(&finder, known, out);
+        pairs.driven(&finder, (&self.present, known), out);
         self.pairs = pairs;
     }
 }
 
 impl Pairs {
-    fn driven(&mut self, finder: &Finder, known: &[ContactPoint], out: &mut Detection) {
+    /// `before` are the bodies with their velocities at the start of the step.
+    fn driven(
+        &mut self,
+        finder: &Finder,
+        (before, known): (&[Present], &[ContactPoint]),
+        out: &mut Detection,
+    ) {
         let leaves = finder.leaves;
         let mut group = Group::default();
         let ahead = |body: &Present| (body.center + finder.step * body.velocity.xy(), body.radius);
@@ -98,7 +104,12 @@ impl Pairs {
                 continue;
             }
             let couple = Couple::new(finder, row.leaves, sides, bodies, self.faces_now());
-            if let Some(touch) = finder.touch_ahead(&couple, little) {
+            // what is stored of pairs out of reach depends on earlier steps
+            let start = own.map(|body| present(before, body));
+            let reach = finder
+                .span
+                .reach(start, sides.map(|leaf| leaf.surface.size));
+            if let Some(touch) = finder.touch_ahead(&couple, little, reach) {
                 finder.give(setting, sides, &Terms::default(), &mut group, &[touch], out);
             }
         }
@@ -132,21 +143,26 @@ fn contact_of<'a>(known: &'a [ContactPoint], sides: [&Leaf; 2]) -> Option<&'a Co
 }
 
 impl Finder<'_> {
-    /// Two sharp polygons of bodies that can move. Over a floor of several parts the axis crossed last may
-    /// be that of a face which another part hides.
+    /// Two sharp polygons of bodies that can move, and have no other part. Over a floor of several parts the
+    /// axis crossed last may be that of a face which another part hides.
     fn may_be_driven(&self, sides: [&Leaf; 2], bodies: [&Present; 2]) -> bool {
         let plain = |leaf: &&Leaf| leaf.surface.plain && leaf.part.is_sharp_polygon();
         sides.iter().all(plain)
-            && !bodies.iter().any(|body| body.immovable || body.asleep)
+            && (bodies.iter()).all(|body| body.single && !body.immovable && !body.asleep)
             && !self.is_apart(sides)
     }
 
-    /// The contact (1) of two parts that are apart and overlap at the next midpoint by more than `little` \[m\].
-    fn touch_ahead(&self, couple: &Couple, little: f64) -> Option<Touch> {
+    /// The contact (1) of two parts that are apart, by `reach` \[m\] at most, and overlap at the next midpoint by
+    /// more than `little` \[m\].
+    fn touch_ahead(&self, couple: &Couple, little: f64, reach: f64) -> Option<Touch> {
         let (now, next) = (couple.poses(), couple.poses_at(self.step));
         let toward = couple.bodies[1].center - couple.bodies[0].center;
         with_axes(couple.parts, &now, (toward, None), |axes| {
             let axis = last_axis(axes, [&now, &next], little)?;
+            let apart = |axis| axes.separation(&now, axes.direction(&now, axis));
+            if axes.all().any(|axis| apart(axis) > reach) {
+                return None;
+            }
             let ahead = axes.touch(&next, axis, 1e-7 * couple.size())?;
             // the material points that overlap then, half way between each other
             let back = |i: usize| now[i].apply(next[i].apply_inverse(ahead.point));

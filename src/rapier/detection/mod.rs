@@ -393,6 +393,8 @@ struct Present {
     immovable: bool,
     /// The body neither moves nor can be pushed in this step.
     still: bool,
+    /// Whether the body has but one part.
+    single: bool,
     /// See [`Span`].
     fast: bool,
 }
@@ -408,6 +410,7 @@ static OUTER: Present = Present {
     asleep: false,
     immovable: true,
     still: true,
+    single: false,
     fast: false,
 };
 
@@ -424,6 +427,7 @@ impl Present {
             asleep: shadow.group != 0 || bodies.rests(k),
             immovable: bodies.inverse_mass[k as usize] == Vec3::zeros() || bodies.rests(k),
             still: bodies.still(k),
+            single: shadow.parts == 1,
             fast: false,
         }
     }
