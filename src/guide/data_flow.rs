@@ -9,7 +9,7 @@
 //! | | `src/rapier/detection/mod.rs` | `Detector` | broad phase, narrow phase; adds a `ContactPoint` for each contact to `Detection` |
 //! | | `src/dynamics/contact_cache.rs` | `ContactCache` | data of each contact and joint from the last step, by `ContactKey` |
 //! | set up | `src/dynamics/rules.rs` | `Rules` | decides which contacts take part, and the velocity that each must reach |
-//! | | `src/dynamics/interval.rs` | `Interval` | the result for one step: blocks with bias `b`, law and warm start; not changed after this |
+//! | | `src/dynamics/interval.rs` | `Interval` | the result for one step: blocks with bias `b`, law and warm start; only `driven` adds to it |
 //! | | `src/dynamics/working_set.rs` | `WorkingSet` | leaves out contacts that are too far away to matter |
 //! | | `src/dynamics/islands.rs` | `Islands` | groups blocks that share moving bodies |
 //! | | `src/dynamics/island_problem.rs` | `IslandProblem` | one island as a contact problem |
@@ -18,6 +18,7 @@
 //! | | `src/dynamics/island.rs` | `solve_island` | **here a contact becomes an impulse**: sets up, solves, bounds and judges an island |
 //! | | `src/solver/impulse_solver.rs` | `ImpulseSolver` | seam 2: finds impulses; the other files of `src/solver` have the methods |
 //! | | `src/dynamics/island_cache.rs` | `IslandCache` | factors of each island, and the crowds, for the next step |
+//! | | `src/dynamics/driven.rs` | `solve_driven` | adds contacts where the solution makes bodies overlap, and solves again |
 //! | bound | `src/dynamics/energy_bound.rs` | `bound_contacts` | blends two solutions so that impacts add no energy; `bound_joints` does the same for joints |
 //! | | `src/dynamics/crowd.rs` | `part_crowd` | answers large islands in motion by sweeps; the step reports how far they are from the rigid law |
 //! | judge | `src/contact/residual.rs` | `natural_map` | the residual that judges all impulses, of every solver |
