@@ -7,6 +7,7 @@ mod bent_seams;
 mod bodies;
 mod borrowed;
 mod cells;
+mod covers;
 #[cfg(feature = "debug-render")]
 mod debug_render;
 mod detection;

@@ -131,6 +131,16 @@ impl Known {
         self.events
     }
 
+    /// Whether nothing that could meet it passes through it by a rule of its own.
+    pub fn covers(&self) -> bool {
+        !self.sensor && self.hooks.is_empty()
+    }
+
+    /// Whether two colliders meet the same others.
+    pub fn is_like(&self, other: &Known) -> bool {
+        (self.groups, self.types) == (other.groups, other.types)
+    }
+
     /// Whether two colliders may touch by their groups and the kinds of their bodies, in rapier's
     /// order of tests. Sensors do not count as touching.
     pub fn may_meet(&self, other: &Known, kinds: [RigidBodyType; 2]) -> bool {

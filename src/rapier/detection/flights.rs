@@ -13,7 +13,7 @@
 //! Source: Eberly, *Intersection of Convex Objects: The Method of Separating Axes* (2001), on objects
 //! with constant velocity.
 
-use super::super::kernels::{Axes, Axis, Part, Touch, with_axes};
+use super::super::kernels::{Axes, Axis, Owner, Part, Touch, with_axes};
 use super::couple::Couple;
 use super::pairs::Finder;
 use super::seams::FLUSH;
@@ -94,9 +94,11 @@ pub(super) fn last_axis(axes: &Axes, [now, next]: [&[Pose64; 2]; 2], little: f64
         let apart = gap(now);
         // of axes that are crossed now the one with the least overlap
         let time = [apart.max(0.0) / (apart.max(0.0) - left), apart.min(0.0)];
-        if apart > -little && last.is_none_or(|(latest, _)| time > latest) {
+        let later = last.is_none_or(|(latest, _)| time > latest);
+        if apart > -little && later && axes.owner(now, axis) != Owner::Nobody {
             last = Some((time, axis));
         }
     }
     last.map(|(_, axis)| axis)
+        .filter(|axis| axes.owner(now, *axis) == Owner::Own)
 }

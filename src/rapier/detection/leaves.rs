@@ -121,6 +121,24 @@ impl Leaves {
         Some(self.get(own[place]))
     }
 
+    /// All leaves and their numbers.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &Leaf)> {
+        let all = self.list.iter().enumerate();
+        all.filter_map(|(k, leaf)| Some((k as u32, leaf.as_ref()?)))
+    }
+
+    /// Pose of a leaf in the frame of its body, or the world's.
+    pub fn local(&self, leaf: u32) -> &Pose64 {
+        &self.attachments[leaf as usize].local
+    }
+
+    /// Replaces a part by one of the same shape.
+    pub fn set_part(&mut self, leaf: u32, part: Part) {
+        if let Some(leaf) = &mut self.list[leaf as usize] {
+            leaf.part = part;
+        }
+    }
+
     /// Removes the leaves of a collider and returns their numbers.
     pub fn remove(&mut self, slot: u32) -> Vec<u32> {
         let gone = match self.of_slot.get_mut(slot as usize) {
@@ -193,7 +211,7 @@ impl Leaves {
         }
     }
 
-    fn body_pose(&self, body: u32, bodies: &Bodies) -> Pose64 {
+    pub fn body_pose(&self, body: u32, bodies: &Bodies) -> Pose64 {
         match body {
             OUTSIDE => Pose64::new(Vec2::zeros(), 0.0),
             body => bodies.list[body as usize].pose,

@@ -14,6 +14,7 @@
 mod chains;
 mod colliders;
 mod couple;
+mod covers;
 mod driven;
 mod exhaustive;
 mod flights;
@@ -43,6 +44,7 @@ use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{Detection, ModelError};
 use crate::threads::Threads;
 use colliders::Colliders;
+use covers::Covers;
 use grid::Grid;
 pub(super) use hooks::Hooks;
 use leaves::Leaves;
@@ -100,6 +102,7 @@ pub(super) struct Detector {
     grid: Grid,
     pairs: Pairs,
     apart: Apart,
+    covers: Covers,
     /// Numbering of the bodies that the leaves refer to.
     numbering: Option<u64>,
     /// Span of the last full pass.
@@ -164,6 +167,9 @@ impl Detector {
     ) -> Result<(), ModelError> {
         let world = hooks.world;
         self.sync(world, bodies)?;
+        apart(world, bodies, &mut self.apart);
+        let known = (&self.colliders, &*bodies);
+        self.covers.update(&mut self.leaves, known, &self.apart);
         self.present.clear();
         let all = 0..bodies.list.len() as u32;
         self.present.extend(all.map(|k| Present::of(bodies, k)));
@@ -174,7 +180,6 @@ impl Detector {
             self.grid.begin(self.leaves.list.len());
             self.find_pairs(bodies);
         }
-        apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
         let finder = Finder {
             midpoint: step.is_some(),
@@ -285,6 +290,9 @@ impl Detector {
         // before the numbers of removed leaves are used again
         if !gone.is_empty() {
             self.pairs.forget(&gone, &self.leaves);
+        }
+        if renumbered || !self.colliders.changed.is_empty() || !bodies.placed.is_empty() {
+            self.covers.touch(&gone);
         }
         if !bodies.placed.is_empty() {
             let placed = bodies.placed.drain(..).filter_map(|h| world.bodies.get(h));

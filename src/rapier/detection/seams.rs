@@ -146,7 +146,7 @@ fn best_axis(
     };
     let same = |way: Vec2| present.is_some_and(|n| way.dot(&n) > 1.0 - 1e-9);
     let mut best: Option<(f64, Axis, f64)> = None;
-    for axis in axes.all() {
+    for axis in axes.open(now) {
         let before = axes.separation(start, axes.direction(start, axis));
         if !(-noise..=highest).contains(&before) {
             continue;

@@ -98,7 +98,7 @@ impl Finder<'_> {
                 let second = axes.second(&now, axis, &touch, noise);
                 Some((touch, second.filter(|_| lands)))
             };
-            axes.all().filter_map(other).collect::<Vec<_>>()
+            axes.open(&now).filter_map(other).collect::<Vec<_>>()
         })?;
         (!others.is_empty()).then_some(Tie {
             contact,

@@ -23,6 +23,16 @@ pub(in crate::rapier) struct Axis {
     pub face: usize,
 }
 
+/// Which parts have the contact along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::rapier) enum Owner {
+    Own,
+    /// A part beside one of the two.
+    Beside,
+    /// Nothing touches along it.
+    Nobody,
+}
+
 /// Two parts with corners; a ball has one corner and a rounding.
 pub(in crate::rapier) struct Axes<'a> {
     views: [View<'a>; 2],
@@ -63,6 +73,7 @@ pub(in crate::rapier) fn with_axes<R>(
             points,
             normals,
             center: Vec2::zeros(),
+            exposed: None,
             edge: None,
             alone: [false; 2],
         })
@@ -137,6 +148,37 @@ impl Axes<'_> {
             let beside = (2..4).filter(move |face| self.beside(part, *face).is_some());
             faces.chain(beside).map(move |face| Axis { part, face })
         })
+    }
+
+    /// Those of [`Axes::all`] along which the parts can meet.
+    pub fn open<'b>(&'b self, poses: &'b [Pose64; 2]) -> impl Iterator<Item = Axis> + 'b {
+        self.all()
+            .filter(|axis| self.owner(poses, *axis) == Owner::Own)
+    }
+
+    /// Which parts have the contact along an axis. Parts beside the two may cover its face, or the corner that would
+    /// touch it.
+    pub fn owner(&self, poses: &[Pose64; 2], axis: Axis) -> Owner {
+        let Axis { part, face } = axis;
+        let (base, other) = (&self.views[part], &self.views[1 - part]);
+        let covered = base.exposed.is_some() || other.exposed.is_some();
+        if !covered || self.beside(part, face).is_some() {
+            return Owner::Own;
+        }
+        let seen = relative(&poses[part], &poses[1 - part]);
+        if !base.has_face(face, other, &seen) {
+            return Owner::Nobody;
+        }
+        let outward = self.direction(poses, axis);
+        let inward = poses[1 - part].unrotate(if part == 0 { -outward } else { outward });
+        let heights = other.points.iter().map(|q| inward.dot(q)).enumerate();
+        let lowest = heights.max_by(|a, b| a.1.total_cmp(&b.1));
+        let corner = lowest.map_or(0, |(corner, _)| corner);
+        match other.has_corner(corner, inward, base, &seen) {
+            true => Owner::Own,
+            false if other.cedes(corner, inward, base, &seen) => Owner::Beside,
+            false => Owner::Nobody,
+        }
     }
 
     /// Normal of the neighbour of a segment, see [`Axis`].

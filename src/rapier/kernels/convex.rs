@@ -10,13 +10,17 @@ use super::{Sight, Touch, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
+/// How much more, as a share of the smaller size, two polygons may overlap along another direction than at a corner
+/// that a part beside one of them has.
+const STANDING: f64 = 1e-3;
+
 /// Separations of a shape from the faces of another.
 struct Separation {
     /// Largest separation \[m\]: a lower bound of the distance.
     any: f64,
     /// Largest separation along a face on the side of the other shape, and this face.
     most: (f64, usize),
-    /// Whether the corner met along it belongs to a neighbour of the other segment.
+    /// Whether the corner met along it belongs to a neighbour of the other segment, or to another part.
     ceded: bool,
     /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
@@ -61,8 +65,13 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
                 (other.admits(edge, nearest, -m, 0.0) && !ceded, ceded)
             }
             (Some(_), None) => (false, false),
-            (None, _) => (true, false),
+            (None, _) => {
+                let own = other.has_corner(nearest, -m, base, seen);
+                let whole = base.edge.is_none();
+                (own, !own && whole && other.cedes(nearest, -m, base, seen))
+            }
         };
+        let met = met && base.has_face(k, other, seen);
         // nor does a line that a chain goes on beyond separate them
         let goes_on = |edge: &Edge| edge.leads_on(nearest, -m);
         let separates = !(is_two_sided(base) && other.edge.is_some_and(goes_on));
@@ -133,6 +142,13 @@ impl Meeting<'_> {
             Nearest::Face(turn, features, distance) => (turn, features, distance),
         };
         let (base, other) = (&views[turn], &views[1 - turn]);
+        let inward = poses[1 - turn].unrotate(-poses[turn].rotate(base.normals[k]));
+        if !base.has_face(k, other, &seen[turn]) {
+            return Chosen::Done(distance - both);
+        }
+        if !other.has_corner(corner, inward, base, &seen[turn]) {
+            return Chosen::Face(None);
+        }
         // what lies on the face is on its one side or the other by rounding
         let over = match sides[turn] {
             Some(face) if distance <= ROUNDING * self.sizes().iter().sum::<f64>() => face,
@@ -156,12 +172,29 @@ impl Meeting<'_> {
         Chosen::Face((!other.edge.is_some_and(leads_on)).then_some((turn, k)))
     }
 
+    /// Whether a part beside one of two polygons has the contact: at a corner there, or because the axis that
+    /// separates the two is that of a face it covers. If the two hardly overlap more along face `chosen`, that one
+    /// will do: it bears a corner that stands out a little between flush parts.
+    fn is_beside(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
+        if !self.views.iter().any(|view| view.exposed.is_some()) {
+            return false;
+        }
+        let most = &of[usize::from(of[1].most.0 > of[0].most.0)];
+        let depth = of[chosen.0].best.map_or(f64::NEG_INFINITY, |(s, _)| s);
+        let apart = most.most.0;
+        depth < apart.min(0.0) - slack && (most.ceded || apart > 0.0)
+    }
+
     /// Whether a neighbour of a segment has the contact along the axis that separates the two most, in
     /// place of that along face `chosen`. `of` are the separations from the faces of both.
     fn neighbour_has(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
         let [first, second] = &self.views;
         if first.edge.is_none() && second.edge.is_none() {
-            return false;
+            return self.is_beside(
+                chosen,
+                of,
+                STANDING * self.sizes().into_iter().fold(f64::INFINITY, f64::min),
+            );
         }
         let from = usize::from(of[1].most.0 > of[0].most.0);
         let (most, face) = of[from].most;
@@ -369,15 +402,10 @@ fn corner_touch(
     }
     let normal = away / distance;
     for i in 0..2 {
-        if let Some(edge) = views[i].edge {
-            let outward = if i == 0 { normal } else { -normal };
-            let local = Vec2::new(
-                poses[i].cos * outward.x + poses[i].sin * outward.y,
-                poses[i].cos * outward.y - poses[i].sin * outward.x,
-            );
-            if !edge.admits(corners[i], local) {
-                return;
-            }
+        let local = poses[i].unrotate(if i == 0 { normal } else { -normal });
+        let admits = |edge: &Edge| edge.admits(corners[i], local);
+        if !views[i].edge.is_none_or(admits) || !views[i].leaves(corners[i], local) {
+            return;
         }
     }
     let [r1, r2] = rounding;

@@ -9,11 +9,12 @@ mod cells;
 mod chains;
 mod convex;
 mod edges;
+mod exposed;
 mod facing;
 mod polygon;
 mod sheets;
 
-pub(super) use axes::{Axes, Axis, with_axes};
+pub(super) use axes::{Axes, Axis, Owner, with_axes};
 pub(super) use cells::cell_touches;
 pub(super) use chains::approach;
 pub(super) use edges::Edge;
@@ -24,6 +25,7 @@ use super::engine::prelude::SharedShape;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use convex::convex_convex;
+use exposed::Exposed;
 use polygon::{View, polygon_ball};
 use std::sync::Arc;
 
@@ -63,6 +65,34 @@ impl Part {
     /// Whether this is a box or polygon without rounded corners.
     pub fn is_sharp_polygon(&self) -> bool {
         self.rounding == 0.0 && matches!(self.core, Core::Box(_) | Core::Polygon(_))
+    }
+
+    /// Its corners and faces in the frame given by its pose, if it is a box or polygon without rounded corners.
+    pub fn sharp_polygon(&self, pose: &Pose64) -> Option<Polygon> {
+        let corners: &[Vec2] = match &self.core {
+            Core::Box(h) => &corners(*h),
+            Core::Polygon(polygon) => &polygon.points,
+            _ => return None,
+        };
+        let placed = corners.iter().map(|p| pose.apply(*p)).collect();
+        Polygon::new(placed).filter(|_| self.rounding == 0.0)
+    }
+
+    /// The part with what others leave exposed of it; `None` if that is all. `placed` is its
+    /// [`Part::sharp_polygon`] at `pose`, and `others` are as in [`Exposed::new`].
+    pub fn covered(
+        &self,
+        pose: &Pose64,
+        placed: &Polygon,
+        others: &[(&Polygon, f64)],
+    ) -> Option<Part> {
+        let exposed = Exposed::new(placed, others)?.seen_from(pose);
+        let polygon = self.sharp_polygon(&Pose64::new(Vec2::zeros(), 0.0))?;
+        let exposed = Some(exposed).filter(|_| polygon.points.len() == placed.points.len());
+        Some(Part {
+            core: Core::Polygon(Polygon { exposed, ..polygon }.into()),
+            rounding: self.rounding,
+        })
     }
 
     /// Whether this is a sharp segment with two sides.
@@ -244,6 +274,7 @@ fn with_view(core: &Core, run: impl FnOnce(View) -> f64) -> f64 {
             points: &corners(h),
             normals: &[Vec2::x(), Vec2::y(), -Vec2::x(), -Vec2::y()],
             center: Vec2::zeros(),
+            exposed: None,
             edge: None,
             alone: [false; 2],
         }),
@@ -292,8 +323,8 @@ fn with_ball(
     match &part.core {
         &Core::Box(half) => keep(box_ball(pose, half, rounding, center, radius), reach, out),
         Core::Polygon(polygon) => {
-            let touch = polygon_ball(pose, polygon, rounding, center, radius);
-            keep(touch, reach, out)
+            let (touch, bound) = polygon_ball(pose, polygon, rounding, center, radius);
+            touch.map_or(bound, |touch| keep(touch, reach, out).min(bound))
         }
         Core::Edge(edge) => {
             let past = sight.of(own, pose);

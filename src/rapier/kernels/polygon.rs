@@ -1,7 +1,8 @@
 //! Convex polygons, and the view of a part by its corners and faces.
 
 use super::Touch;
-use super::edges::{Edge, half_turn};
+use super::edges::{Edge, TILT, half_turn};
+use super::exposed::Exposed;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -15,6 +16,8 @@ pub(in crate::rapier) struct Polygon {
     pub center: Vec2,
     /// Least width across a face.
     pub thickness: f64,
+    /// `None` if all of it is exposed.
+    pub exposed: Option<Exposed>,
 }
 
 impl Polygon {
@@ -44,6 +47,7 @@ impl Polygon {
             normals,
             center: points.iter().sum::<Vec2>() / n as f64,
             points: points.into(),
+            exposed: None,
         })
     }
 
@@ -52,6 +56,7 @@ impl Polygon {
             points: &self.points,
             normals: &self.normals,
             center: self.center,
+            exposed: self.exposed.as_ref(),
             edge: None,
             alone: [false; 2],
         }
@@ -64,6 +69,8 @@ pub(super) struct View<'a> {
     pub points: &'a [Vec2],
     pub normals: &'a [Vec2],
     pub center: Vec2,
+    /// `None` if all of it is exposed.
+    pub exposed: Option<&'a Exposed>,
     pub edge: Option<&'a Edge>,
     /// Per end of a segment, whether it has the corner there alone: see [`super::facing::alone`].
     pub alone: [bool; 2],
@@ -84,6 +91,7 @@ impl<'a> From<&'a Edge> for View<'a> {
             points: &edge.ends,
             normals: &edge.normals,
             center: 0.5 * (a + b) - depth * edge.normals[0],
+            exposed: None,
             edge: Some(edge),
             alone: [false; 2],
         }
@@ -133,6 +141,70 @@ impl View<'_> {
         }
     }
 
+    /// Whether `other`, at its pose `seen` in the frame of this one, can touch a face. Other parts may cover it.
+    pub(super) fn has_face(&self, face: usize, other: &View, seen: &Pose64) -> bool {
+        self.has_face_near(face, || other.points.iter().map(|q| seen.apply(*q)))
+    }
+
+    fn has_face_near<P: Iterator<Item = Vec2>>(&self, face: usize, points: impl Fn() -> P) -> bool {
+        self.exposed.is_none_or(|exposed| {
+            let [start, end] = self.face(face);
+            let along = (end - start).normalize();
+            let places = points().map(|p| along.dot(&(p - start)));
+            let range = places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| {
+                [low.min(t), high.max(t)]
+            });
+            exposed.has_face(face, range)
+        })
+    }
+
+    /// Whether other parts leave this direction, in the frame of this one, to a contact of a corner with a face of
+    /// `other`, in whose frame this one has the pose `seen`. That face may lie along one of the corner's own.
+    pub(super) fn has_corner(
+        &self,
+        corner: usize,
+        direction: Vec2,
+        other: &View,
+        seen: &Pose64,
+    ) -> bool {
+        let Some(exposed) = self.exposed else {
+            return true;
+        };
+        let n = self.points.len();
+        let along = [corner, (corner + n - 1) % n]
+            .into_iter()
+            .find(|face| self.normals[*face].dot(&direction) > 1.0 - 0.5 * TILT * TILT);
+        let near = || other.points.iter().map(|p| seen.apply_inverse(*p));
+        exposed.admits(corner, direction) && along.is_none_or(|face| self.has_face_near(face, near))
+    }
+
+    /// Whether other parts leave this direction to a contact at a corner alone.
+    pub(super) fn leaves(&self, corner: usize, direction: Vec2) -> bool {
+        (self.exposed).is_none_or(|exposed| exposed.admits(corner, direction))
+    }
+
+    /// Whether a part beside this one has the contact at a corner which it does not admit: `other`, in whose frame
+    /// this one has the pose `seen`, reaches farthest beyond the corner.
+    pub(super) fn cedes(
+        &self,
+        corner: usize,
+        direction: Vec2,
+        other: &View,
+        seen: &Pose64,
+    ) -> bool {
+        let beside = self
+            .exposed
+            .and_then(|exposed| exposed.beside(corner, direction));
+        beside.is_some_and(|(normal, way)| {
+            let points = other
+                .points
+                .iter()
+                .map(|p| seen.apply_inverse(*p) - self.points[corner]);
+            let deepest = points.min_by(|p, q| normal.dot(p).total_cmp(&normal.dot(q)));
+            deepest.is_some_and(|p| way.dot(&p) > 0.0)
+        })
+    }
+
     /// A point inside; of a one-sided segment one in the solid behind it.
     pub(super) fn inner(&self) -> Vec2 {
         self.edge.map_or(self.center, |edge| {
@@ -145,41 +217,61 @@ impl View<'_> {
     }
 }
 
-/// The point of a polygon nearest to a ball's centre; from inside, the nearest face.
+/// A ball at a polygon, and a bound of their gap \[m\]: at the point nearest to the ball's centre; if that is
+/// inside, at the nearest face. `None` where other parts cover this point.
 pub(super) fn polygon_ball(
     pose: &Pose64,
     polygon: &Polygon,
     rounding: f64,
     center: Vec2,
     radius: f64,
-) -> Touch {
+) -> (Option<Touch>, f64) {
     let c = pose.apply_inverse(center);
+    let view = polygon.view();
     let heights = polygon.normals.iter().zip(polygon.points.iter());
-    let (k, separation) = heights.map(|(n, p)| n.dot(&(c - p))).enumerate().fold(
-        (0, f64::NEG_INFINITY),
-        |best, next| {
-            if next.1 > best.1 { next } else { best }
-        },
-    );
-    let (mut normal, mut distance) = (polygon.normals[k], separation);
+    let heights = heights.map(|(n, p)| n.dot(&(c - p))).enumerate();
+    let most = |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
+    let (k, separation) = heights.clone().fold((0, f64::NEG_INFINITY), most);
+    let along = |k: usize| {
+        let [a, b] = view.face(k);
+        let t = (c - a).dot(&(b - a)) / (b - a).norm();
+        (t, (b - a).norm())
+    };
+    let has_face = |k: usize| {
+        let (t, _) = along(k);
+        (polygon.exposed.as_ref()).is_none_or(|exposed| exposed.has_face(k, [t, t]))
+    };
+    let (mut normal, mut distance, mut open) = (polygon.normals[k], separation, has_face(k));
     if separation > 0.0 {
-        let view = polygon.view();
-        let nearest = (0..polygon.points.len())
-            .map(|k| nearest_on_edge(view.face(k), c))
-            .min_by(|p, q| (c - p).norm_squared().total_cmp(&(c - q).norm_squared()));
-        let away = c - nearest.unwrap_or(c);
+        let n = polygon.points.len();
+        let nearest = (0..n)
+            .map(|k| (k, nearest_on_edge(view.face(k), c)))
+            .min_by(|(_, p), (_, q)| (c - p).norm_squared().total_cmp(&(c - q).norm_squared()));
+        let (k, point) = nearest.unwrap_or((0, c));
+        let away = c - point;
         // for a centre on the face, the normal of the face
         if away.norm() > 0.0 {
             (normal, distance) = (away.normalize(), away.norm());
+            let (t, length) = along(k);
+            open = match t {
+                _ if t <= 0.0 => view.leaves(k, normal),
+                _ if t >= length => view.leaves((k + 1) % n, normal),
+                _ => has_face(k),
+            };
         }
+    } else if !open {
+        let faces = heights.filter(|(k, _)| has_face(*k));
+        let (k, height) = faces.fold((0, f64::NEG_INFINITY), most);
+        (normal, distance, open) = (polygon.normals[k], height, height > f64::NEG_INFINITY);
     }
     let gap = distance - radius - rounding;
-    Touch {
+    let touch = open.then(|| Touch {
         normal: pose.rotate(normal),
         point: pose.apply(c - normal * (radius + 0.5 * gap)),
         gap,
         feature: 0,
-    }
+    });
+    (touch, gap)
 }
 
 fn nearest_on_edge([a, b]: [Vec2; 2], p: Vec2) -> Vec2 {

@@ -1,0 +1,277 @@
+//! What other parts leave exposed of a convex polygon.
+//!
+//! Parts of one body, or of bodies that never move, often lie flush or overlap. The faces between them are
+//! inside the solid that they make up: nothing can touch those, and a corner in the middle of a flat
+//! floor has one normal only, that of the floor. A contact at the point `p` may have a normal `n` if it is one
+//! of every part that holds the point,
+//!
+//! ```text
+//! n ∈ ∩ N_i(p),     N_i(p) = { n : n · (x − p) ≤ 0 for all points x of part i }.   (1)
+//! ```
+//!
+//! Of a face, `N` is its normal, or empty where another part lies in front of it. At a corner it is a cone.
+
+use super::polygon::Polygon;
+use crate::contact::Vec2;
+use crate::dynamics::Pose64;
+
+/// Least tolerance of directions at corners [rad].
+const ANGLE: f64 = 1e-6;
+
+/// What other parts leave exposed of a polygon, numbered as its corners and faces.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::rapier) struct Exposed {
+    /// Per face, from the first to the last exposed point, along the face from its start \[m\]; unbounded where
+    /// the face is exposed to its end. `None` if all of it is covered.
+    faces: Box<[Option<[f64; 2]>]>,
+    corners: Box<[Normals]>,
+}
+
+/// The normals of contacts at a corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Normals {
+    /// All between those of its two faces.
+    All,
+    /// From the first to the second, counter-clockwise, within an angle [rad] that corners which stand out a little
+    /// leave.
+    Between([Vec2; 2], f64),
+    None,
+}
+
+impl Exposed {
+    /// What `others`, in the same frame, leave exposed of `own`; `None` if that is all. Faces lie flush with those
+    /// of another part within a distance \[m\] that belongs to that part.
+    pub fn new(own: &Polygon, others: &[(&Polygon, f64)]) -> Option<Exposed> {
+        let all = 0..own.points.len();
+        let faces = all.clone().map(|k| exposed(own, k, others));
+        let corners = all.map(|k| normals(own, k, others));
+        let exposed = Exposed {
+            faces: faces.collect(),
+            corners: corners.collect(),
+        };
+        let whole = |face: &Option<[f64; 2]>| *face == Some([f64::NEG_INFINITY, f64::INFINITY]);
+        let all = exposed.faces.iter().all(whole)
+            && exposed
+                .corners
+                .iter()
+                .all(|normals| *normals == Normals::All);
+        (!all).then_some(exposed)
+    }
+
+    /// In a frame to which the present one has this pose.
+    pub fn seen_from(mut self, pose: &Pose64) -> Exposed {
+        for normals in &mut self.corners {
+            if let Normals::Between(cone, _) = normals {
+                *cone = cone.map(|normal| pose.unrotate(normal));
+            }
+        }
+        self
+    }
+
+    /// Whether a part that lies between two places along a face \[m\], from its start, can touch the face.
+    pub fn has_face(&self, face: usize, [low, high]: [f64; 2]) -> bool {
+        self.faces[face].is_some_and(|[from, to]| low < to && high > from)
+    }
+
+    /// Whether a contact at a corner may have this direction, which lies between the normals of its two faces.
+    pub fn admits(&self, corner: usize, direction: Vec2) -> bool {
+        match self.corners[corner] {
+            Normals::All => true,
+            Normals::Between(cone, angle) => is_between(cone, direction, angle),
+            Normals::None => false,
+        }
+    }
+
+    /// If a corner does not admit a direction: the last one that it does, and the way from there to the part beside
+    /// it. `None` in a hollow between the parts, where both may have contacts.
+    pub fn beside(&self, corner: usize, direction: Vec2) -> Option<(Vec2, Vec2)> {
+        let Normals::Between([first, last], _) = self.corners[corner] else {
+            return None;
+        };
+        Some(match last.perp(&direction) > 0.0 {
+            true => (last, Vec2::new(-last.y, last.x)),
+            false => (first, Vec2::new(first.y, -first.x)),
+        })
+    }
+}
+
+/// The part of a face that nothing lies in front of, see [`Exposed::faces`].
+fn exposed(own: &Polygon, face: usize, others: &[(&Polygon, f64)]) -> Option<[f64; 2]> {
+    let n = own.points.len();
+    let (start, end) = (own.points[face], own.points[(face + 1) % n]);
+    let (along, length) = ((end - start).normalize(), (end - start).norm());
+    // just in front of the face, beyond what may lie flush with it
+    let mut covered: Vec<[f64; 2]> = (others.iter())
+        .filter_map(|(other, flush)| {
+            let front = start + 2.0 * flush * own.normals[face];
+            let [from, to] = within(other, front, along, length)?;
+            Some([from - flush, to + flush])
+        })
+        .collect();
+    covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let (mut first, mut last, mut reached) = (None, 0.0, 0.0);
+    for [from, to] in covered.into_iter().chain([[length, length]]) {
+        if from > reached {
+            first = first.or(Some(reached));
+            last = from;
+        }
+        reached = to.max(reached);
+    }
+    let from = first?;
+    Some([
+        if from == 0.0 { f64::NEG_INFINITY } else { from },
+        if last == length { f64::INFINITY } else { last },
+    ])
+}
+
+/// The stretch of a line, up to `length` from its start, that lies inside a polygon.
+fn within(polygon: &Polygon, start: Vec2, along: Vec2, length: f64) -> Option<[f64; 2]> {
+    let (mut from, mut to) = (0.0, length);
+    for (normal, point) in polygon.normals.iter().zip(&polygon.points) {
+        let (height, slope) = (normal.dot(&(start - point)), normal.dot(&along));
+        match slope {
+            _ if slope.abs() < 1e-12 && height > 0.0 => return None,
+            _ if slope.abs() < 1e-12 => (),
+            _ if slope > 0.0 => to = f64::min(to, -height / slope),
+            _ => from = f64::max(from, -height / slope),
+        }
+    }
+    (from < to).then_some([from, to])
+}
+
+/// The normals (1) at a corner.
+fn normals(own: &Polygon, corner: usize, others: &[(&Polygon, f64)]) -> Normals {
+    let n = own.points.len();
+    let whole = [own.normals[(corner + n - 1) % n], own.normals[corner]];
+    let (point, mut cone, mut out) = (own.points[corner], Some(whole), 0.0);
+    for (other, flush) in others {
+        let heights = other.normals.iter().zip(&other.points);
+        let heights: Vec<f64> = heights.map(|(m, q)| m.dot(&(point - q))).collect();
+        if heights.iter().all(|height| height <= flush) {
+            let on = |k: &usize| heights[*k] >= -*flush;
+            let count = heights.len();
+            let standing = (0..count).filter(on).map(|k| heights[k].abs());
+            out = standing.fold(out, f64::max);
+            // faces that meet here have numbers in a row
+            let first = (0..count).find(|&k| on(&k) && !on(&((k + count - 1) % count)));
+            cone = cone.zip(first).and_then(|(cone, first)| {
+                let row = (0..count).map(|i| (first + i) % count).take_while(on);
+                let last = row.last().unwrap_or(first);
+                common(cone, [other.normals[first], other.normals[last]])
+            });
+        }
+    }
+    match cone {
+        Some(cone) if cone == whole => Normals::All,
+        Some(cone) => {
+            let beside = [(corner + n - 1) % n, (corner + 1) % n];
+            let lengths = beside.map(|k| (own.points[k] - point).norm());
+            Normals::Between(cone, ANGLE.max(2.0 * out / lengths[0].min(lengths[1])))
+        }
+        None => Normals::None,
+    }
+}
+
+/// What two cones of less than half a turn, each from its first to its second direction, have in common.
+fn common(a: [Vec2; 2], b: [Vec2; 2]) -> Option<[Vec2; 2]> {
+    let later = |i: usize| match is_between(b, a[i], ANGLE) {
+        true => Some(a[i]),
+        false => Some(b[i]).filter(|end| is_between(a, *end, ANGLE)),
+    };
+    Some([later(0)?, later(1)?])
+}
+
+/// Whether a direction lies in a cone of less than half a turn, within a small angle.
+fn is_between([first, last]: [Vec2; 2], direction: Vec2, angle: f64) -> bool {
+    first.perp(&direction) >= -angle
+        && direction.perp(&last) >= -angle
+        && direction.dot(&(first + last)) > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UP: Vec2 = Vec2::new(0.0, 1.0);
+
+    fn rectangle(low: [f64; 2], high: [f64; 2]) -> Polygon {
+        let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
+        Polygon::new(corners.map(Vec2::from).to_vec()).unwrap()
+    }
+
+    fn hidden(own: &Polygon, others: &[Polygon]) -> Option<Exposed> {
+        let others: Vec<(&Polygon, f64)> = others.iter().map(|other| (other, 1e-7)).collect();
+        Exposed::new(own, &others)
+    }
+
+    /// Numbers of the faces of a [`rectangle`], and of their first corners.
+    const BOTTOM: usize = 0;
+    const RIGHT: usize = 1;
+    const TOP: usize = 2;
+    const LEFT: usize = 3;
+
+    #[test]
+    fn a_tile_between_two_others_has_a_top_and_a_bottom() {
+        let tile = rectangle([0.0, 0.0], [1.0, 0.5]);
+        let beside = [
+            rectangle([-1.0, 0.0], [1e-8, 0.5]),
+            rectangle([1.0, -1e-8], [2.0, 0.5 + 1e-8]),
+        ];
+        let exposed = hidden(&tile, &beside).unwrap();
+        for (face, open) in [(BOTTOM, true), (RIGHT, false), (TOP, true), (LEFT, false)] {
+            assert_eq!(exposed.has_face(face, [0.2, 0.3]), open, "{face}");
+        }
+        for corner in [TOP, LEFT] {
+            assert!(exposed.admits(corner, UP));
+            assert!(!exposed.admits(corner, Vec2::new(1e-3, 1.0).normalize()));
+            assert!(!exposed.admits(corner, Vec2::new(-1e-3, 1.0).normalize()));
+        }
+    }
+
+    #[test]
+    fn a_step_between_tiles_is_exposed() {
+        let tile = rectangle([0.0, 0.0], [1.0, 0.5]);
+        let lower = rectangle([-1.0, 0.0], [0.0, 0.5 - 1e-4]);
+        let exposed = hidden(&tile, &[lower]).unwrap();
+        // the left face runs downwards
+        assert!(exposed.has_face(LEFT, [-1.0, 0.01]));
+        assert!(!exposed.has_face(LEFT, [2e-4, 0.3]));
+        let up_left = Vec2::new(-1.0, 1.0).normalize();
+        assert!(exposed.admits(LEFT, up_left));
+        assert!(!exposed.admits(BOTTOM, -up_left));
+    }
+
+    #[test]
+    fn a_ridge_has_the_normals_between_its_slopes_and_a_valley_none() {
+        let part = |top: f64, side: f64| {
+            let corners = [[0.0, -1.0], [side, -1.0], [side, top], [0.0, 0.0]];
+            Polygon::new(corners.map(Vec2::from).to_vec()).unwrap()
+        };
+        let end_at = |p: &Polygon| (p.points.iter()).position(|q| q.norm() == 0.0).unwrap();
+        for (top, slope) in [(-0.1, true), (0.1, false)] {
+            let (right, left) = (part(top, 1.0), part(top, -1.0));
+            let exposed = hidden(&right, &[left]).unwrap();
+            let at = end_at(&right);
+            assert_eq!(exposed.admits(at, UP), slope);
+            assert!(!exposed.admits(at, Vec2::new(-0.2, 1.0).normalize()));
+        }
+    }
+
+    #[test]
+    fn parts_apart_and_parts_that_are_the_same_hide_nothing() {
+        let tile = rectangle([0.0, 0.0], [1.0, 0.5]);
+        let apart = rectangle([1.001, 0.0], [2.0, 0.5]);
+        assert_eq!(hidden(&tile, &[apart, tile.clone()]), None);
+    }
+
+    #[test]
+    fn a_part_inside_another_has_no_contacts() {
+        let tile = rectangle([0.0, 0.0], [1.0, 0.5]);
+        let around = rectangle([-0.1, -0.1], [1.1, 0.6]);
+        let exposed = hidden(&tile, &[around]).unwrap();
+        for k in 0..4 {
+            assert!(!exposed.has_face(k, [-1.0, 2.0]));
+            assert!(!exposed.admits(k, tile.normals[k]));
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Floors and bodies of several flush parts: the faces between the parts are no surface, until one of them goes.
+
+use crate::common::{Random, at};
+use moreau2d::dynamics::StepperSettings;
+use moreau2d::rapier::engine::prelude::*;
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+use std::f64::consts::FRAC_PI_6;
+
+fn pipeline(dt: f64) -> MoreauPipeline {
+    MoreauPipeline::new(MoreauSettings {
+        stepper: StepperSettings::default(),
+        dt: Some(dt),
+        stay_awake: true,
+        ..MoreauSettings::default()
+    })
+    .unwrap()
+}
+
+/// Boxes of random widths and heights from x = −5 to 5 m, their tops at y = 0: centres and half extents \[m\].
+fn tiles(random: &mut Random) -> Vec<([f64; 2], [f64; 2])> {
+    let (mut all, mut left) = (Vec::new(), -5.0);
+    while left < 5.0 {
+        let (half, deep) = (random.between(0.08, 0.3), random.between(0.1, 0.6));
+        all.push(([left + half, -deep], [half, deep]));
+        left += 2.0 * half;
+    }
+    all
+}
+
+const FLOORS: [&str; 4] = ["bodies", "colliders", "compound", "heavy body"];
+
+/// Flush tiles, inclined by an angle about the origin.
+fn add_floor(world: &mut PhysicsWorld, kind: &str, tiles: &[([f64; 2], [f64; 2])], angle: f64) {
+    let cuboid = |half: [f64; 2]| ColliderBuilder::cuboid(half[0] as Real, half[1] as Real);
+    let smooth = |c: ColliderBuilder| c.friction(0.0);
+    let fixed = RigidBodyBuilder::fixed().rotation(angle as Real);
+    let place = |[x, y]: [f64; 2]| {
+        let (sin, cos) = angle.sin_cos();
+        at(cos * x - sin * y, sin * x + cos * y)
+    };
+    match kind {
+        "bodies" => {
+            for (center, half) in tiles {
+                let body = fixed.clone().translation(place(*center));
+                world.insert(body, smooth(cuboid(*half)));
+            }
+        }
+        "compound" => {
+            let part = |(center, half): &([f64; 2], [f64; 2])| {
+                let pose = Pose::from_translation(at(center[0], center[1]));
+                (pose, SharedShape::cuboid(half[0] as Real, half[1] as Real))
+            };
+            let parts = tiles.iter().map(part).collect();
+            world.insert(fixed, smooth(ColliderBuilder::compound(parts)));
+        }
+        _ => {
+            let (body, density) = match kind {
+                "colliders" => (fixed, 1.0),
+                _ => (RigidBodyBuilder::dynamic().rotation(angle as Real), 1e9),
+            };
+            let body = world.bodies.insert(body);
+            for (center, half) in tiles {
+                let collider = smooth(cuboid(*half)).translation(at(center[0], center[1]));
+                let collider = collider.density(density as Real);
+                (world.colliders).insert_with_parent(collider, body, &mut world.bodies);
+            }
+        }
+    }
+}
+
+fn shape(kind: usize, size: f64) -> ColliderBuilder {
+    let h = 0.5 * size;
+    let corners = [
+        [-1.0, -1.0],
+        [0.8, -0.9],
+        [1.1, 0.3],
+        [0.0, 1.0],
+        [-0.9, 0.6],
+    ];
+    let corners = || {
+        corners
+            .iter()
+            .map(|[x, y]| at(h * x, h * y))
+            .collect::<Vec<_>>()
+    };
+    let collider = match kind {
+        0 => ColliderBuilder::cuboid(h as Real, (0.7 * h) as Real),
+        1 => ColliderBuilder::convex_polyline(corners()).unwrap(),
+        2 => ColliderBuilder::ball(h as Real),
+        3 => ColliderBuilder::capsule_x((0.6 * h) as Real, (0.4 * h) as Real),
+        _ => ColliderBuilder::oriented_polyline(
+            corners(),
+            Some((0..5).map(|i| [i, (i + 1) % 5]).collect()),
+        ),
+    };
+    collider.density(0.0).friction(0.0)
+}
+
+/// Largest relative change of the momentum along a smooth floor, on which a body tumbles that another one hits.
+fn change(kind: &str, seed: u64) -> f64 {
+    let mut random = Random(seed);
+    let tiles = tiles(&mut random);
+    let angle = [0.0, random.between(-FRAC_PI_6, FRAC_PI_6)][random.below(2)];
+    let dt = 1.0 / [60.0, 120.0, 240.0][random.below(3)];
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::ZERO;
+    add_floor(&mut world, kind, &tiles, angle);
+    let (sin, cos) = angle.sin_cos();
+    let along = |x: f64, y: f64| at(cos * x - sin * y, sin * x + cos * y);
+    let size = random.between(0.1, 0.5);
+    let bodies = [random.between(0.8, 1.2), random.between(2.2, 3.0)].map(|height| {
+        let mass = MassProperties::new(Vector::ZERO, 1.0, (0.1 * size * size) as Real);
+        let body = RigidBodyBuilder::dynamic()
+            .translation(along(random.between(-2.0, -1.9), size * height))
+            .rotation(random.between(-3.0, 3.0) as Real)
+            .linvel(along(random.between(0.4, 2.0), -random.between(0.5, 9.0)))
+            .angvel(random.between(-25.0, 25.0) as Real)
+            .additional_mass_properties(mass)
+            .can_sleep(false);
+        world.insert(body, shape(random.below(5), size)).0
+    });
+    let mut pipeline = pipeline(dt);
+    let mut momentum = || {
+        let step = pipeline.step(&mut world);
+        step.unwrap();
+        let u = bodies.map(|body| pipeline.velocity(body).unwrap());
+        u.iter().map(|u| cos * u.x + sin * u.y).sum::<f64>()
+    };
+    let first = momentum();
+    let all = (1..(1.0 / dt) as usize).map(|_| (momentum() / first - 1.0).abs());
+    all.fold(0.0, f64::max)
+}
+
+/// Bug: in half of such scenes a corner that had sunk into one tile hit the side of the next, or a tile's corner a
+/// side of the body. The momentum changed by up to 2.5 times itself; it stays so on a floor of one box.
+#[test]
+fn tumbling_bodies_meet_no_face_between_flush_parts() {
+    let mut bad = Vec::new();
+    for kind in FLOORS {
+        for seed in 0..60 {
+            let change = change(kind, seed);
+            // angles are rounded to single precision, and a floor that can move takes the share of its mass
+            if change > 1e-6 || change.is_nan() {
+                bad.push(format!("{kind} {seed}: {change:e}"));
+            }
+        }
+    }
+    assert!(bad.is_empty(), "{} of 240\n{}", bad.len(), bad.join("\n"));
+}
+
+/// How the cover of a face goes.
+const GONE: [&str; 8] = [
+    "removed",
+    "disabled",
+    "moved",
+    "shrunk",
+    "sensor",
+    "other group",
+    "dynamic",
+    "joined",
+];
+
+/// Where a box of 0.2 m stops that flies through where the tile in front of a second one was, towards its side at
+/// x = 0.
+fn stops_at(gone: &str) -> f64 {
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::ZERO;
+    let mut tile = |x: f64| {
+        let body = RigidBodyBuilder::fixed().translation(at(x, -0.5));
+        world.insert(body, ColliderBuilder::cuboid(0.5, 0.5).friction(0.0))
+    };
+    let ((cover, own), _) = (tile(-0.5), tile(0.5));
+    let body = RigidBodyBuilder::dynamic()
+        .translation(at(-3.0, -0.4))
+        .can_sleep(false);
+    let collider = ColliderBuilder::cuboid(0.1, 0.1).friction(0.0);
+    let (body, _) = world.insert(body, collider);
+    let mut pipeline = pipeline(1.0 / 60.0);
+    pipeline.step(&mut world).unwrap();
+    let alone = InteractionGroups::new(Group::GROUP_2, Group::NONE, InteractionTestMode::And);
+    match gone {
+        "removed" => {
+            world.remove_body(cover);
+        }
+        "disabled" => world.colliders[own].set_enabled(false),
+        "moved" => world.bodies[cover].set_translation(at(-0.5, 5.0), true),
+        "shrunk" => world.colliders[own].set_shape(SharedShape::cuboid(0.5, 0.3)),
+        "sensor" => world.colliders[own].set_sensor(true),
+        "other group" => world.colliders[own].set_collision_groups(alone),
+        "dynamic" => {
+            world.bodies[cover].set_body_type(RigidBodyType::Dynamic, true);
+            world.bodies[cover].set_linvel(at(0.0, 20.0), true);
+        }
+        "joined" => {
+            let along = PrismaticJointBuilder::new(Vector::X)
+                .local_anchor1(at(0.0, 0.1))
+                .contacts_enabled(false);
+            world.impulse_joints.insert(cover, body, along, true);
+        }
+        _ => unreachable!("{gone}"),
+    }
+    if gone == "shrunk" {
+        world.bodies[body].set_translation(at(-3.0, -0.095), true);
+    }
+    world.bodies[body].set_linvel(at(3.0, 0.0), true);
+    for _ in 0..120 {
+        pipeline.step(&mut world).unwrap();
+    }
+    pipeline.pose(body).unwrap().translation.x
+}
+
+#[test]
+fn a_face_is_met_when_what_covered_it_is_gone() {
+    for gone in GONE {
+        let place = stops_at(gone);
+        assert!((place + 0.1).abs() < 1e-6, "{gone}: {place} m");
+    }
+}
