@@ -216,3 +216,34 @@ fn a_face_is_met_when_what_covered_it_is_gone() {
         assert!((place + 0.1).abs() < 1e-6, "{gone}: {place} m");
     }
 }
+
+/// A tile whose side was covered until its body was released and the other tile removed.
+#[test]
+fn a_face_is_met_when_its_own_body_leaves_the_ground() {
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::ZERO;
+    let mut tile = |x: f64| {
+        let body = RigidBodyBuilder::fixed().translation(at(x, -0.5));
+        world
+            .insert(
+                body,
+                ColliderBuilder::cuboid(0.5, 0.5).friction(0.0).density(1e6),
+            )
+            .0
+    };
+    let (left, right) = (tile(-0.5), tile(0.5));
+    let body = RigidBodyBuilder::dynamic()
+        .translation(at(3.0, -0.5))
+        .can_sleep(false);
+    let (body, _) = world.insert(body, ColliderBuilder::cuboid(0.1, 0.1).friction(0.0));
+    let mut pipeline = pipeline(1.0 / 60.0);
+    pipeline.step(&mut world).unwrap();
+    world.bodies[left].set_body_type(RigidBodyType::Dynamic, true);
+    world.remove_body(right);
+    world.bodies[body].set_linvel(at(-3.0, 0.0), true);
+    for _ in 0..120 {
+        pipeline.step(&mut world).unwrap();
+    }
+    let place = pipeline.pose(body).unwrap().translation.x;
+    assert!((place - 0.1).abs() < 1e-5, "{place} m");
+}

@@ -1,12 +1,13 @@
 //! Finds which parts cover each other's faces: those of one body, and those of all fixed bodies.
 //!
-//! They stay where they are, so this is done when colliders change or a body is placed elsewhere. See
-//! [`Exposed`](super::super::kernels::Exposed) for what it is good for.
+//! These stay where they are, so this is done when colliders change or a body is placed elsewhere. What it is good
+//! for, see `kernels/exposed.rs`. Parts of bodies that move against each other do not cover each other, even if
+//! they lie flush: see [`super::seams`] for these.
 
 use super::super::bodies::Bodies;
 use super::super::engine::prelude::*;
 use super::super::joints::OUTSIDE;
-use super::super::kernels::Polygon;
+use super::super::kernels::{Beyond, Part, Polygon};
 use super::colliders::Colliders;
 use super::leaves::Leaves;
 use super::terms::Apart;
@@ -14,31 +15,31 @@ use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use crate::rapier::parry::bounding_volume::Aabb;
 use crate::rapier::parry::partitioning::{Bvh, BvhBuildStrategy};
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
-/// Parts that may cover each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Parts that may cover each other: those of a body with this number, or of all fixed ones.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Group {
     Fixed,
-    /// The number of the body.
     Body(u32),
 }
 
-/// A sharp polygon that others of its group may cover.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A sharp polygon, and its pose in the frame of its group.
+#[derive(Clone, Copy, PartialEq)]
 struct Member {
     leaf: u32,
-    group: Group,
-    /// In the frame of its group.
     pose: Pose64,
 }
 
-/// The parts that may cover each other, as they were when it was last found out which do.
+/// Which parts may cover each other, as it was when it was last found out which do.
 #[derive(Default)]
 pub(super) struct Covers {
-    members: Vec<Member>,
+    /// The members of each group in the order of their leaves, by the first of these.
+    groups: FxHashMap<u32, Vec<Member>>,
     /// Fixed bodies that a joint keeps apart from others: what passes through them can touch what they cover.
     passed: Vec<u32>,
+    /// Those of the last step.
+    old_passed: Vec<u32>,
     /// Whether colliders or bodies have changed since.
     stale: bool,
 }
@@ -47,12 +48,14 @@ impl Covers {
     /// Parts may have changed, those `gone` among them.
     pub fn touch(&mut self, gone: &FxHashSet<u32>) {
         self.stale = true;
-        if self.members.iter().any(|m| gone.contains(&m.leaf)) {
-            self.members.clear();
+        if !gone.is_empty() {
+            for members in self.groups.values_mut() {
+                members.retain(|member| !gone.contains(&member.leaf));
+            }
         }
     }
 
-    /// Finds out again which parts cover each other, if any of them has changed.
+    /// Finds out again which parts of a group cover each other, if any of them has changed.
     pub fn update(
         &mut self,
         leaves: &mut Leaves,
@@ -61,87 +64,138 @@ impl Covers {
     ) {
         let kind = |body: u32| bodies.list[body as usize].kind;
         let ends = apart.iter().flatten().copied();
-        let mut passed: Vec<u32> = ends
-            .filter(|body| kind(*body) == RigidBodyType::Fixed)
-            .collect();
-        passed.sort_unstable();
-        passed.dedup();
-        if !std::mem::take(&mut self.stale) && passed == self.passed {
+        let fixed = ends.filter(|body| kind(*body) == RigidBodyType::Fixed);
+        self.old_passed.clear();
+        std::mem::swap(&mut self.passed, &mut self.old_passed);
+        self.passed.extend(fixed);
+        self.passed.sort_unstable();
+        self.passed.dedup();
+        if !std::mem::take(&mut self.stale) && self.passed == self.old_passed {
             return;
         }
-        let old = std::mem::take(&mut self.members);
-        let group = |body: u32| match body {
-            OUTSIDE => Group::Fixed,
-            _ if kind(body) == RigidBodyType::Fixed && !passed.contains(&body) => Group::Fixed,
-            _ => Group::Body(body),
-        };
-        self.members.extend(leaves.iter().filter_map(|(leaf, own)| {
-            let known = colliders.get(own.slot)?;
-            let group = group(own.body);
-            let alone =
-                own.lone && group != Group::Fixed && bodies.list[own.body as usize].parts == 1;
-            let pose = match group {
-                // leaves follow their bodies later
-                Group::Fixed => leaves
-                    .body_pose(own.body, bodies)
-                    .compose(leaves.local(leaf)),
-                Group::Body(_) => *leaves.local(leaf),
+        let passed = |body: u32| self.passed.binary_search(&body).is_ok();
+        let mut groups: FxHashMap<Group, Vec<Member>> = FxHashMap::default();
+        for (leaf, own) in leaves.iter() {
+            let group = match own.body {
+                OUTSIDE => Group::Fixed,
+                body if kind(body) == RigidBodyType::Fixed && !passed(body) => Group::Fixed,
+                body if bodies.list[body as usize].parts == 1 => continue,
+                body => Group::Body(body),
             };
-            let member = Member { leaf, group, pose };
-            (!alone && known.covers() && own.part.is_sharp_polygon()).then_some(member)
-        }));
-        self.passed = passed;
-        if self.members != old {
-            cover(&self.members, leaves, colliders);
+            let covers = colliders.get(own.slot).is_some_and(|known| known.covers());
+            if covers && own.part.is_sharp_polygon() {
+                let local = *leaves.local(leaf);
+                let pose = match group {
+                    // leaves follow their bodies later
+                    Group::Fixed => leaves.body_pose(own.body, bodies).compose(&local),
+                    Group::Body(_) => local,
+                };
+                groups.entry(group).or_default().push(Member { leaf, pose });
+            }
         }
+        let groups = groups
+            .into_values()
+            .map(|members| (members[0].leaf, members));
+        let groups: FxHashMap<u32, Vec<Member>> = groups.collect();
+        let old = std::mem::take(&mut self.groups);
+        let changed = |first: &u32, members: &[Member], of: &FxHashMap<u32, Vec<Member>>| {
+            of.get(first).is_none_or(|other| other != members)
+        };
+        for (_, members) in old
+            .iter()
+            .filter(|(first, own)| changed(first, own, &groups))
+        {
+            for member in members {
+                if let Some(part) = plain(member, leaves, colliders) {
+                    leaves.set_part(member.leaf, part);
+                }
+            }
+        }
+        for (_, members) in groups
+            .iter()
+            .filter(|(first, own)| changed(first, own, &old))
+        {
+            cover(members, leaves, colliders);
+        }
+        self.groups = groups;
     }
 }
 
-/// Sets the part of each member to what the others of its group leave exposed of it.
+/// The part of a member without what others cover of it.
+fn plain(member: &Member, leaves: &Leaves, colliders: &Colliders) -> Option<Part> {
+    let leaf = leaves.get(member.leaf);
+    let pieces = &colliders.get(leaf.slot)?.pieces;
+    let own = pieces.iter().find(|piece| piece.sub == leaf.sub)?;
+    Some(own.part.clone())
+}
+
+/// Sets the part of each member of a group to what the others leave exposed of it.
 fn cover(members: &[Member], leaves: &mut Leaves, colliders: &Colliders) {
-    let part = |member: &Member| {
-        let leaf = leaves.get(member.leaf);
-        let pieces = colliders.get(leaf.slot).map(|known| &known.pieces)?;
-        pieces
-            .iter()
-            .find(|piece| piece.sub == leaf.sub)
-            .map(|piece| &piece.part)
-    };
-    let placed = members
-        .iter()
-        .map(|member| part(member)?.sharp_polygon(&member.pose));
+    let parts: Vec<Option<Part>> = (members.iter())
+        .map(|member| plain(member, leaves, colliders))
+        .collect();
+    let placed = (members.iter().zip(&parts))
+        .map(|(member, part)| part.as_ref()?.sharp_polygon(&member.pose));
     let placed: Vec<Option<Polygon>> = placed.collect();
     let boxes = placed
         .iter()
         .map(|polygon| bounds(polygon.as_ref().map_or(&[], |p| &p.points)));
     let boxes: Vec<Aabb> = boxes.collect();
     let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
-    let slot = |k: usize| colliders.get(leaves.get(members[k].leaf).slot);
+    let known = |k: usize| colliders.get(leaves.get(members[k].leaf).slot);
     let may_cover = |k: usize, other: usize| {
         k != other
-            && members[k].group == members[other].group
-            && slot(k).zip(slot(other)).is_some_and(|(a, b)| a.is_like(b))
+            && known(k)
+                .zip(known(other))
+                .is_some_and(|(a, b)| a.is_like(b))
     };
-    let mut parts = Vec::new();
-    for (k, member) in members.iter().enumerate() {
-        let (Some(own), Some(plain)) = (&placed[k], part(member)) else {
-            continue;
-        };
-        let near = tree.intersect_aabb(&boxes[k]).map(|other| other as usize);
-        let others = near
-            .filter(|other| may_cover(k, *other))
-            .filter_map(|other| {
-                let flush = flush([&boxes[k], &boxes[other]]);
-                Some((placed[other].as_ref()?, flush))
+    let beside: Vec<Vec<usize>> = (0..members.len())
+        .map(|k| {
+            let near = tree.intersect_aabb(&boxes[k]).map(|other| other as usize);
+            let mut near: Vec<usize> = near.filter(|other| may_cover(k, *other)).collect();
+            near.sort_unstable();
+            near
+        })
+        .collect();
+    let polygon =
+        |k: usize, other: usize| Some((placed[other].as_ref()?, flush([&boxes[k], &boxes[other]])));
+    // how far the surface goes on from a corner of a member
+    let run = |member: usize, corner: Vec2, beyond: &Beyond| {
+        let (mut k, mut far) = (member, 0.0);
+        for _ in 0..MOST {
+            let next = beside[k].iter().filter_map(|&other| {
+                let (polygon, flush) = polygon(k, other)?;
+                Some((
+                    beyond.reach(polygon, corner + far * beyond.way, flush)?,
+                    other,
+                ))
             });
-        let others: Vec<(&Polygon, f64)> = others.collect();
-        let covered = plain.covered(&member.pose, own, &others);
-        parts.push((member.leaf, covered.unwrap_or_else(|| plain.clone())));
-    }
-    for (leaf, part) in parts {
-        leaves.set_part(leaf, part);
+            match next.max_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((way, other)) => (k, far) = (other, far + way),
+                None => return far,
+            }
+        }
+        f64::INFINITY
+    };
+    let covered = (0..members.len()).map(|k| {
+        let (own, part) = (placed[k].as_ref()?, parts[k].as_ref()?);
+        let others: Vec<_> = beside[k]
+            .iter()
+            .filter_map(|&other| polygon(k, other))
+            .collect();
+        let run = |corner, beyond| run(k, corner, &beyond);
+        part.covered((&members[k].pose, own), &others, run)
+    });
+    let covered: Vec<Option<Part>> = covered.collect();
+    for ((member, part), covered) in members.iter().zip(parts).zip(covered) {
+        if let Some(part) = covered.or(part) {
+            leaves.set_part(member.leaf, part);
+        }
     }
 }
+
+/// Most parts that are followed to the end of a flat surface. No body is thought to lie on more.
+const MOST: usize = 100;
 
 /// Bounds of points, and of what may lie flush with them.
 fn bounds(points: &[Vec2]) -> Aabb {

@@ -13,7 +13,7 @@
 //! Source: Eberly, *Intersection of Convex Objects: The Method of Separating Axes* (2001), on objects
 //! with constant velocity.
 
-use super::super::kernels::{Axes, Axis, Owner, Part, Touch, with_axes};
+use super::super::kernels::{Axes, Axis, Part, Touch, with_axes};
 use super::couple::Couple;
 use super::pairs::Finder;
 use super::seams::FLUSH;
@@ -95,10 +95,9 @@ pub(super) fn last_axis(axes: &Axes, [now, next]: [&[Pose64; 2]; 2], little: f64
         // of axes that are crossed now the one with the least overlap
         let time = [apart.max(0.0) / (apart.max(0.0) - left), apart.min(0.0)];
         let later = last.is_none_or(|(latest, _)| time > latest);
-        if apart > -little && later && axes.owner(now, axis) != Owner::Nobody {
+        if apart > -little && later && axes.is_open(now, axis) {
             last = Some((time, axis));
         }
     }
     last.map(|(_, axis)| axis)
-        .filter(|axis| axes.owner(now, *axis) == Owner::Own)
 }

@@ -23,16 +23,6 @@ pub(in crate::rapier) struct Axis {
     pub face: usize,
 }
 
-/// Which parts have the contact along an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::rapier) enum Owner {
-    Own,
-    /// A part beside one of the two.
-    Beside,
-    /// Nothing touches along it.
-    Nobody,
-}
-
 /// Two parts with corners; a ball has one corner and a rounding.
 pub(in crate::rapier) struct Axes<'a> {
     views: [View<'a>; 2],
@@ -152,33 +142,25 @@ impl Axes<'_> {
 
     /// Those of [`Axes::all`] along which the parts can meet.
     pub fn open<'b>(&'b self, poses: &'b [Pose64; 2]) -> impl Iterator<Item = Axis> + 'b {
-        self.all()
-            .filter(|axis| self.owner(poses, *axis) == Owner::Own)
+        self.all().filter(|axis| self.is_open(poses, *axis))
     }
 
-    /// Which parts have the contact along an axis. Parts beside the two may cover its face, or the corner that would
+    /// Whether the parts can meet along an axis. Parts beside them may cover its face, or the corner that would
     /// touch it.
-    pub fn owner(&self, poses: &[Pose64; 2], axis: Axis) -> Owner {
+    pub fn is_open(&self, poses: &[Pose64; 2], axis: Axis) -> bool {
         let Axis { part, face } = axis;
         let (base, other) = (&self.views[part], &self.views[1 - part]);
         let covered = base.exposed.is_some() || other.exposed.is_some();
         if !covered || self.beside(part, face).is_some() {
-            return Owner::Own;
+            return true;
         }
         let seen = relative(&poses[part], &poses[1 - part]);
-        if !base.has_face(face, other, &seen) {
-            return Owner::Nobody;
-        }
         let outward = self.direction(poses, axis);
         let inward = poses[1 - part].unrotate(if part == 0 { -outward } else { outward });
         let heights = other.points.iter().map(|q| inward.dot(q)).enumerate();
         let lowest = heights.max_by(|a, b| a.1.total_cmp(&b.1));
         let corner = lowest.map_or(0, |(corner, _)| corner);
-        match other.has_corner(corner, inward, base, &seen) {
-            true => Owner::Own,
-            false if other.cedes(corner, inward, base, &seen) => Owner::Beside,
-            false => Owner::Nobody,
-        }
+        base.has_face(face, other, &seen) && other.has_corner(corner, inward, base, &seen)
     }
 
     /// Normal of the neighbour of a segment, see [`Axis`].

@@ -10,17 +10,13 @@ use super::{Sight, Touch, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
-/// How much more, as a share of the smaller size, two polygons may overlap along another direction than at a corner
-/// that a part beside one of them has.
-const STANDING: f64 = 1e-3;
-
 /// Separations of a shape from the faces of another.
 struct Separation {
     /// Largest separation \[m\]: a lower bound of the distance.
     any: f64,
     /// Largest separation along a face on the side of the other shape, and this face.
     most: (f64, usize),
-    /// Whether the corner met along it belongs to a neighbour of the other segment, or to another part.
+    /// Whether the corner met along it belongs to a neighbour of the other segment.
     ceded: bool,
     /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
@@ -65,11 +61,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
                 (other.admits(edge, nearest, -m, 0.0) && !ceded, ceded)
             }
             (Some(_), None) => (false, false),
-            (None, _) => {
-                let own = other.has_corner(nearest, -m, base, seen);
-                let whole = base.edge.is_none();
-                (own, !own && whole && other.cedes(nearest, -m, base, seen))
-            }
+            (None, _) => (other.has_corner(nearest, -m, base, seen), false),
         };
         let met = met && base.has_face(k, other, seen);
         // nor does a line that a chain goes on beyond separate them
@@ -172,17 +164,12 @@ impl Meeting<'_> {
         Chosen::Face((!other.edge.is_some_and(leads_on)).then_some((turn, k)))
     }
 
-    /// Whether a part beside one of two polygons has the contact: at a corner there, or because the axis that
-    /// separates the two is that of a face it covers. If the two hardly overlap more along face `chosen`, that one
-    /// will do: it bears a corner that stands out a little between flush parts.
-    fn is_beside(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
-        if !self.views.iter().any(|view| view.exposed.is_some()) {
-            return false;
-        }
-        let most = &of[usize::from(of[1].most.0 > of[0].most.0)];
+    /// Whether two polygons do not touch along face `chosen`, under which they overlap: another axis separates them,
+    /// with a face that parts beside them cover.
+    fn is_covered(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
         let depth = of[chosen.0].best.map_or(f64::NEG_INFINITY, |(s, _)| s);
-        let apart = most.most.0;
-        depth < apart.min(0.0) - slack && (most.ceded || apart > 0.0)
+        let covered = self.views.iter().any(|view| view.exposed.is_some());
+        covered && depth < -slack && of.iter().any(|own| own.most.0 > 0.0)
     }
 
     /// Whether a neighbour of a segment has the contact along the axis that separates the two most, in
@@ -190,11 +177,7 @@ impl Meeting<'_> {
     fn neighbour_has(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
         let [first, second] = &self.views;
         if first.edge.is_none() && second.edge.is_none() {
-            return self.is_beside(
-                chosen,
-                of,
-                STANDING * self.sizes().into_iter().fold(f64::INFINITY, f64::min),
-            );
+            return self.is_covered(chosen, of, 1e3 * slack);
         }
         let from = usize::from(of[1].most.0 > of[0].most.0);
         let (most, face) = of[from].most;

@@ -9,8 +9,11 @@
 //! n ∈ ∩ N_i(p),     N_i(p) = { n : n · (x − p) ≤ 0 for all points x of part i }.   (1)
 //! ```
 //!
-//! Of a face, `N` is its normal, or empty where another part lies in front of it. At a corner it is a cone.
+//! Of a face, `N` is its normal, or empty where another part lies in front of it. At a corner it is a cone. In a
+//! hollow it is empty, but what comes down there will soon touch the faces beside it: corners in hollows keep their
+//! own normals. (Without, boxes that slide through a valley met its far side too late in 3 of 96 scenes more.)
 
+use super::edges::TILT;
 use super::polygon::Polygon;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
@@ -32,10 +35,26 @@ pub(in crate::rapier) struct Exposed {
 enum Normals {
     /// All between those of its two faces.
     All,
-    /// From the first to the second, counter-clockwise, within an angle [rad] that corners which stand out a little
-    /// leave.
-    Between([Vec2; 2], f64),
+    Between(Cone),
     None,
+}
+
+/// Directions from one to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cone {
+    /// The first and the last, counter-clockwise.
+    ends: [Vec2; 2],
+    /// Tolerance [rad]: corners of other parts may stand out a little.
+    angle: f64,
+    /// How far beyond the corner \[m\] the faces with these two normals go on.
+    runs: [f64; 2],
+}
+
+/// The surface that goes on beyond a corner: the last normal that contacts at the corner may have, and the way
+/// along the face with this normal.
+pub(in crate::rapier) struct Beyond {
+    pub normal: Vec2,
+    pub way: Vec2,
 }
 
 impl Exposed {
@@ -61,8 +80,8 @@ impl Exposed {
     /// In a frame to which the present one has this pose.
     pub fn seen_from(mut self, pose: &Pose64) -> Exposed {
         for normals in &mut self.corners {
-            if let Normals::Between(cone, _) = normals {
-                *cone = cone.map(|normal| pose.unrotate(normal));
+            if let Normals::Between(cone) = normals {
+                cone.ends = cone.ends.map(|normal| pose.unrotate(normal));
             }
         }
         self
@@ -75,23 +94,59 @@ impl Exposed {
 
     /// Whether a contact at a corner may have this direction, which lies between the normals of its two faces.
     pub fn admits(&self, corner: usize, direction: Vec2) -> bool {
-        match self.corners[corner] {
+        match &self.corners[corner] {
             Normals::All => true,
-            Normals::Between(cone, angle) => is_between(cone, direction, angle),
+            Normals::Between(cone) => is_between(cone.ends, direction, cone.angle),
             Normals::None => false,
         }
     }
 
-    /// If a corner does not admit a direction: the last one that it does, and the way from there to the part beside
-    /// it. `None` in a hollow between the parts, where both may have contacts.
-    pub fn beside(&self, corner: usize, direction: Vec2) -> Option<(Vec2, Vec2)> {
-        let Normals::Between([first, last], _) = self.corners[corner] else {
+    /// If a corner does not admit a direction: where the surface goes on, and how far \[m\]. `None` at a corner
+    /// inside another part.
+    pub fn beyond(&self, corner: usize, direction: Vec2) -> Option<(Beyond, f64)> {
+        let Normals::Between(cone) = &self.corners[corner] else {
             return None;
         };
-        Some(match last.perp(&direction) > 0.0 {
-            true => (last, Vec2::new(-last.y, last.x)),
-            false => (first, Vec2::new(first.y, -first.x)),
-        })
+        let end = usize::from(cone.ends[1].perp(&direction) > 0.0);
+        Some((cone.beyond(end), cone.runs[end]))
+    }
+
+    /// Measures by `run` \[m\] how far the surface goes on beyond each corner.
+    pub fn measure(&mut self, run: impl Fn(usize, Beyond) -> f64) {
+        for (corner, normals) in self.corners.iter_mut().enumerate() {
+            if let Normals::Between(cone) = normals {
+                cone.runs = [0, 1].map(|end| run(corner, cone.beyond(end)));
+            }
+        }
+    }
+}
+
+impl Cone {
+    fn beyond(&self, end: usize) -> Beyond {
+        let normal = self.ends[end];
+        let left = Vec2::new(-normal.y, normal.x);
+        Beyond {
+            normal,
+            way: if end == 1 { left } else { -left },
+        }
+    }
+}
+
+impl Beyond {
+    /// How far \[m\] a face of a polygon with this normal reaches from a point on it.
+    pub fn reach(&self, polygon: &Polygon, from: Vec2, flush: f64) -> Option<f64> {
+        let n = polygon.points.len();
+        let on = |k: &usize| {
+            let height = polygon.normals[*k].dot(&(from - polygon.points[*k]));
+            self.normal.dot(&polygon.normals[*k]) > 0.0
+                && self.normal.perp(&polygon.normals[*k]).abs() < TILT
+                && height.abs() <= flush
+        };
+        let along = |k: usize| self.way.dot(&(polygon.points[k % n] - from));
+        let ends = (0..n).filter(on).map(|k| [along(k), along(k + 1)]);
+        let ends = ends.filter(|[a, b]| a.min(*b) <= flush);
+        let far = ends.map(|[a, b]| a.max(b)).fold(0.0, f64::max);
+        (far > flush).then_some(far)
     }
 }
 
@@ -153,22 +208,28 @@ fn normals(own: &Polygon, corner: usize, others: &[(&Polygon, f64)]) -> Normals 
             let standing = (0..count).filter(on).map(|k| heights[k].abs());
             out = standing.fold(out, f64::max);
             // faces that meet here have numbers in a row
-            let first = (0..count).find(|&k| on(&k) && !on(&((k + count - 1) % count)));
-            cone = cone.zip(first).and_then(|(cone, first)| {
-                let row = (0..count).map(|i| (first + i) % count).take_while(on);
-                let last = row.last().unwrap_or(first);
-                common(cone, [other.normals[first], other.normals[last]])
-            });
+            let Some(first) = (0..count).find(|&k| on(&k) && !on(&((k + count - 1) % count)))
+            else {
+                return Normals::None;
+            };
+            let row = (0..count).map(|i| (first + i) % count).take_while(on);
+            let last = row.last().unwrap_or(first);
+            cone = cone.and_then(|cone| common(cone, [other.normals[first], other.normals[last]]));
         }
     }
     match cone {
         Some(cone) if cone == whole => Normals::All,
-        Some(cone) => {
+        Some(ends) => {
             let beside = [(corner + n - 1) % n, (corner + 1) % n];
             let lengths = beside.map(|k| (own.points[k] - point).norm());
-            Normals::Between(cone, ANGLE.max(2.0 * out / lengths[0].min(lengths[1])))
+            Normals::Between(Cone {
+                ends,
+                angle: ANGLE.max(2.0 * out / lengths[0].min(lengths[1])),
+                runs: [0.0; 2],
+            })
         }
-        None => Normals::None,
+        // in a hollow
+        None => Normals::All,
     }
 }
 
@@ -242,18 +303,19 @@ mod tests {
     }
 
     #[test]
-    fn a_ridge_has_the_normals_between_its_slopes_and_a_valley_none() {
+    fn a_ridge_has_the_normals_between_its_slopes() {
         let part = |top: f64, side: f64| {
             let corners = [[0.0, -1.0], [side, -1.0], [side, top], [0.0, 0.0]];
             Polygon::new(corners.map(Vec2::from).to_vec()).unwrap()
         };
         let end_at = |p: &Polygon| (p.points.iter()).position(|q| q.norm() == 0.0).unwrap();
-        for (top, slope) in [(-0.1, true), (0.1, false)] {
+        // in a valley what comes down may touch the corner first
+        for (top, ridge) in [(-0.1, true), (0.1, false)] {
             let (right, left) = (part(top, 1.0), part(top, -1.0));
             let exposed = hidden(&right, &[left]).unwrap();
             let at = end_at(&right);
-            assert_eq!(exposed.admits(at, UP), slope);
-            assert!(!exposed.admits(at, Vec2::new(-0.2, 1.0).normalize()));
+            assert!(exposed.admits(at, UP));
+            assert_eq!(exposed.admits(at, Vec2::new(-0.2, 1.0).normalize()), !ridge);
         }
     }
 

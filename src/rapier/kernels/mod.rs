@@ -14,10 +14,11 @@ mod facing;
 mod polygon;
 mod sheets;
 
-pub(super) use axes::{Axes, Axis, Owner, with_axes};
+pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use cells::cell_touches;
 pub(super) use chains::approach;
 pub(super) use edges::Edge;
+pub(super) use exposed::Beyond;
 pub(super) use facing::sides_of;
 pub(super) use polygon::Polygon;
 
@@ -79,16 +80,20 @@ impl Part {
     }
 
     /// The part with what others leave exposed of it; `None` if that is all. `placed` is its
-    /// [`Part::sharp_polygon`] at `pose`, and `others` are as in [`Exposed::new`].
+    /// [`Part::sharp_polygon`] at `pose`, `others` are as in [`Exposed::new`], and `run` as in
+    /// [`Exposed::measure`].
     pub fn covered(
         &self,
-        pose: &Pose64,
-        placed: &Polygon,
+        (pose, placed): (&Pose64, &Polygon),
         others: &[(&Polygon, f64)],
+        run: impl Fn(Vec2, Beyond) -> f64,
     ) -> Option<Part> {
-        let exposed = Exposed::new(placed, others)?.seen_from(pose);
+        let mut exposed = Exposed::new(placed, others)?;
+        exposed.measure(|corner, beyond| run(placed.points[corner], beyond));
         let polygon = self.sharp_polygon(&Pose64::new(Vec2::zeros(), 0.0))?;
-        let exposed = Some(exposed).filter(|_| polygon.points.len() == placed.points.len());
+        // rounding may merge corners
+        let exposed = Some(exposed.seen_from(pose));
+        let exposed = exposed.filter(|_| polygon.points.len() == placed.points.len());
         Some(Part {
             core: Core::Polygon(Polygon { exposed, ..polygon }.into()),
             rounding: self.rounding,

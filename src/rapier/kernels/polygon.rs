@@ -159,7 +159,11 @@ impl View<'_> {
     }
 
     /// Whether other parts leave this direction, in the frame of this one, to a contact of a corner with a face of
-    /// `other`, in whose frame this one has the pose `seen`. That face may lie along one of the corner's own.
+    /// `other`, in whose frame this one has the pose `seen`.
+    ///
+    /// That face may lie along one of the corner's own, which must be exposed then. In the middle of a flat
+    /// surface, the contact is at the end of the surface or at that of the face, whichever comes first: if at the
+    /// latter, it has the normal of the surface.
     pub(super) fn has_corner(
         &self,
         corner: usize,
@@ -170,39 +174,26 @@ impl View<'_> {
         let Some(exposed) = self.exposed else {
             return true;
         };
+        let near = || other.points.iter().map(|p| seen.apply_inverse(*p));
+        if !exposed.admits(corner, direction) {
+            return exposed
+                .beyond(corner, direction)
+                .is_some_and(|(beyond, run)| {
+                    let height = |p: &Vec2| beyond.normal.dot(p);
+                    let deepest = near().min_by(|p, q| height(p).total_cmp(&height(q)));
+                    deepest.is_some_and(|p| beyond.way.dot(&(p - self.points[corner])) > run)
+                });
+        }
         let n = self.points.len();
         let along = [corner, (corner + n - 1) % n]
             .into_iter()
             .find(|face| self.normals[*face].dot(&direction) > 1.0 - 0.5 * TILT * TILT);
-        let near = || other.points.iter().map(|p| seen.apply_inverse(*p));
-        exposed.admits(corner, direction) && along.is_none_or(|face| self.has_face_near(face, near))
+        along.is_none_or(|face| self.has_face_near(face, near))
     }
 
     /// Whether other parts leave this direction to a contact at a corner alone.
     pub(super) fn leaves(&self, corner: usize, direction: Vec2) -> bool {
         (self.exposed).is_none_or(|exposed| exposed.admits(corner, direction))
-    }
-
-    /// Whether a part beside this one has the contact at a corner which it does not admit: `other`, in whose frame
-    /// this one has the pose `seen`, reaches farthest beyond the corner.
-    pub(super) fn cedes(
-        &self,
-        corner: usize,
-        direction: Vec2,
-        other: &View,
-        seen: &Pose64,
-    ) -> bool {
-        let beside = self
-            .exposed
-            .and_then(|exposed| exposed.beside(corner, direction));
-        beside.is_some_and(|(normal, way)| {
-            let points = other
-                .points
-                .iter()
-                .map(|p| seen.apply_inverse(*p) - self.points[corner]);
-            let deepest = points.min_by(|p, q| normal.dot(p).total_cmp(&normal.dot(q)));
-            deepest.is_some_and(|p| way.dot(&p) > 0.0)
-        })
     }
 
     /// A point inside; of a one-sided segment one in the solid behind it.
