@@ -3,7 +3,7 @@
 use crate::common::{Random, at};
 use moreau2d::dynamics::StepperSettings;
 use moreau2d::rapier::engine::prelude::*;
-use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
 use std::f64::consts::FRAC_PI_6;
 
 fn pipeline(dt: f64) -> MoreauPipeline {
@@ -149,7 +149,8 @@ fn tumbling_bodies_meet_no_face_between_flush_parts() {
 }
 
 /// How the cover of a face goes.
-const GONE: [&str; 8] = [
+const GONE: [&str; 9] = [
+    "soft",
     "removed",
     "disabled",
     "moved",
@@ -160,16 +161,18 @@ const GONE: [&str; 8] = [
     "joined",
 ];
 
-/// Where a box of 0.2 m stops that flies through where the tile in front of a second one was, towards its side at
-/// x = 0.
-fn stops_at(gone: &str) -> f64 {
+/// Where a box of 0.2 m stops that flies through where the first of three tiles was, towards the side of the second
+/// at x = 0. They are inserted in this order.
+fn stops_at(gone: &str, order: [usize; 3]) -> f64 {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::ZERO;
     let mut tile = |x: f64| {
         let body = RigidBodyBuilder::fixed().translation(at(x, -0.5));
         world.insert(body, ColliderBuilder::cuboid(0.5, 0.5).friction(0.0))
     };
-    let ((cover, own), _) = (tile(-0.5), tile(0.5));
+    let mut tiles = order.map(|k| (k, tile(k as f64 - 0.5)));
+    tiles.sort_by_key(|(k, _)| *k);
+    let (_, (cover, own)) = tiles[0];
     let body = RigidBodyBuilder::dynamic()
         .translation(at(-3.0, -0.4))
         .can_sleep(false);
@@ -179,6 +182,13 @@ fn stops_at(gone: &str) -> f64 {
     pipeline.step(&mut world).unwrap();
     let alone = InteractionGroups::new(Group::GROUP_2, Group::NONE, InteractionTestMode::And);
     match gone {
+        "soft" => {
+            let law = SurfaceLaw {
+                compliance: Some((1e-6, 0.0)),
+                ..SurfaceLaw::default()
+            };
+            pipeline.set_surface(own, law);
+        }
         "removed" => {
             world.remove_body(cover);
         }
@@ -212,8 +222,10 @@ fn stops_at(gone: &str) -> f64 {
 #[test]
 fn a_face_is_met_when_what_covered_it_is_gone() {
     for gone in GONE {
-        let place = stops_at(gone);
-        assert!((place + 0.1).abs() < 1e-6, "{gone}: {place} m");
+        for order in [[0, 1, 2], [1, 0, 2], [2, 1, 0]] {
+            let place = stops_at(gone, order);
+            assert!((place + 0.1).abs() < 1e-6, "{gone}, {order:?}: {place} m");
+        }
     }
 }
 
@@ -246,4 +258,20 @@ fn a_face_is_met_when_its_own_body_leaves_the_ground() {
     }
     let place = pipeline.pose(body).unwrap().translation.x;
     assert!((place - 0.1).abs() < 1e-5, "{place} m");
+}
+
+#[test]
+fn boxes_without_an_area_cover_nothing() {
+    let mut world = PhysicsWorld::new();
+    for (x, half) in [(-1.0, 0.0), (0.0, 0.5), (1.0, 0.0)] {
+        let body = RigidBodyBuilder::fixed().translation(at(x, -half));
+        world.insert(body, ColliderBuilder::cuboid(0.5, half as Real));
+    }
+    let body = RigidBodyBuilder::dynamic().translation(at(0.0, 0.1));
+    let (body, _) = world.insert(body, ColliderBuilder::cuboid(0.1, 0.1));
+    let mut pipeline = pipeline(1.0 / 60.0);
+    for _ in 0..10 {
+        pipeline.step(&mut world).unwrap();
+    }
+    assert!((pipeline.pose(body).unwrap().translation.y - 0.1).abs() < 1e-6);
 }

@@ -131,9 +131,9 @@ impl Known {
         self.events
     }
 
-    /// Whether nothing that could meet it passes through it by a rule of its own.
+    /// Whether nothing comes into it: what lies behind it cannot be touched.
     pub fn covers(&self) -> bool {
-        !self.sensor && self.hooks.is_empty()
+        !self.sensor && self.law.compliance.is_none()
     }
 
     /// Whether two colliders meet the same others.

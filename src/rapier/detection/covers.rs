@@ -8,7 +8,7 @@ use super::super::bodies::Bodies;
 use super::super::engine::prelude::*;
 use super::super::joints::OUTSIDE;
 use super::super::kernels::{Beyond, Part, Polygon};
-use super::colliders::Colliders;
+use super::colliders::{Colliders, Known};
 use super::leaves::Leaves;
 use super::terms::Apart;
 use crate::contact::Vec2;
@@ -34,13 +34,15 @@ struct Member {
 /// Which parts may cover each other, as it was when it was last found out which do.
 #[derive(Default)]
 pub(super) struct Covers {
-    /// The members of each group in the order of their leaves, by the first of these.
+    /// The members of each group, sorted by collider and part, by the leaf of the first.
     groups: FxHashMap<u32, Vec<Member>>,
+    /// What is left of groups of which a part is gone.
+    loose: Vec<Member>,
     /// Fixed bodies that a joint keeps apart from others: what passes through them can touch what they cover.
     passed: Vec<u32>,
     /// Those of the last step.
     old_passed: Vec<u32>,
-    /// Whether colliders or bodies have changed since.
+    /// Whether colliders or bodies have changed since the groups were found.
     stale: bool,
 }
 
@@ -49,10 +51,26 @@ impl Covers {
     pub fn touch(&mut self, gone: &FxHashSet<u32>) {
         self.stale = true;
         if !gone.is_empty() {
-            for members in self.groups.values_mut() {
-                members.retain(|member| !gone.contains(&member.leaf));
-            }
+            self.loosen(|members| members.iter().any(|member| gone.contains(&member.leaf)));
+            self.loose.retain(|member| !gone.contains(&member.leaf));
         }
+    }
+
+    /// Everything may have changed.
+    pub fn touch_all(&mut self) {
+        self.stale = true;
+        self.loosen(|_| true);
+    }
+
+    fn loosen(&mut self, is_changed: impl Fn(&[Member]) -> bool) {
+        let loose = &mut self.loose;
+        self.groups.retain(|_, members| {
+            let changed = is_changed(members);
+            if changed {
+                loose.append(members);
+            }
+            !changed
+        });
     }
 
     /// Finds out again which parts of a group cover each other, if any of them has changed.
@@ -73,16 +91,44 @@ impl Covers {
         if !std::mem::take(&mut self.stale) && self.passed == self.old_passed {
             return;
         }
-        let passed = |body: u32| self.passed.binary_search(&body).is_ok();
+        let groups = self.find(leaves, colliders, bodies);
+        let old = std::mem::replace(&mut self.groups, groups);
+        let stays = |first: &u32, own: &Vec<Member>| self.groups.get(first) == Some(own);
+        let left = old.iter().filter(|(first, own)| !stays(first, own));
+        for member in left.flat_map(|(_, own)| own).chain(&self.loose) {
+            if let Some(part) = plain(member, leaves, colliders) {
+                leaves.set_part(member.leaf, part);
+            }
+        }
+        self.loose.clear();
+        for (first, members) in &self.groups {
+            if old.get(first) != Some(members) {
+                cover(members, leaves, colliders);
+            }
+        }
+    }
+
+    fn find(
+        &self,
+        leaves: &Leaves,
+        colliders: &Colliders,
+        bodies: &Bodies,
+    ) -> FxHashMap<u32, Vec<Member>> {
+        // what a hook lets through one part can touch what this covers
+        if colliders.any_hooks() {
+            return FxHashMap::default();
+        }
+        let passed = |body: &u32| self.passed.binary_search(body).is_ok();
+        let is_fixed = |body: &u32| bodies.list[*body as usize].kind == RigidBodyType::Fixed;
         let mut groups: FxHashMap<Group, Vec<Member>> = FxHashMap::default();
         for (leaf, own) in leaves.iter() {
             let group = match own.body {
                 OUTSIDE => Group::Fixed,
-                body if kind(body) == RigidBodyType::Fixed && !passed(body) => Group::Fixed,
+                body if is_fixed(&body) && !passed(&body) => Group::Fixed,
                 body if bodies.list[body as usize].parts == 1 => continue,
                 body => Group::Body(body),
             };
-            let covers = colliders.get(own.slot).is_some_and(|known| known.covers());
+            let covers = colliders.get(own.slot).is_some_and(Known::covers);
             if covers && own.part.is_sharp_polygon() {
                 let local = *leaves.local(leaf);
                 let pose = match group {
@@ -93,31 +139,13 @@ impl Covers {
                 groups.entry(group).or_default().push(Member { leaf, pose });
             }
         }
-        let groups = groups
-            .into_values()
-            .map(|members| (members[0].leaf, members));
-        let groups: FxHashMap<u32, Vec<Member>> = groups.collect();
-        let old = std::mem::take(&mut self.groups);
-        let changed = |first: &u32, members: &[Member], of: &FxHashMap<u32, Vec<Member>>| {
-            of.get(first).is_none_or(|other| other != members)
-        };
-        for (_, members) in old
-            .iter()
-            .filter(|(first, own)| changed(first, own, &groups))
-        {
-            for member in members {
-                if let Some(part) = plain(member, leaves, colliders) {
-                    leaves.set_part(member.leaf, part);
-                }
-            }
-        }
-        for (_, members) in groups
-            .iter()
-            .filter(|(first, own)| changed(first, own, &old))
-        {
-            cover(members, leaves, colliders);
-        }
-        self.groups = groups;
+        let several = groups.into_values().filter(|members| members.len() > 1);
+        let sorted = several.map(|mut members| {
+            let name = |member: &Member| leaves.names[member.leaf as usize];
+            members.sort_unstable_by_key(|member| (name(member).slot, name(member).sub));
+            (members[0].leaf, members)
+        });
+        sorted.collect()
     }
 }
 
@@ -125,50 +153,58 @@ impl Covers {
 fn plain(member: &Member, leaves: &Leaves, colliders: &Colliders) -> Option<Part> {
     let leaf = leaves.get(member.leaf);
     let pieces = &colliders.get(leaf.slot)?.pieces;
-    let own = pieces.iter().find(|piece| piece.sub == leaf.sub)?;
-    Some(own.part.clone())
+    let at = pieces
+        .binary_search_by_key(&leaf.sub, |piece| piece.sub)
+        .ok()?;
+    Some(pieces[at].part.clone())
 }
 
-/// Sets the part of each member of a group to what the others leave exposed of it.
+/// A member that has an area: its part, the corners of this in the frame of the group, and bounds of these.
+struct Placed {
+    member: Member,
+    slot: u32,
+    part: Part,
+    polygon: Polygon,
+    bounds: Aabb,
+}
+
+/// Sets the part of each member of a group, none of which is covered so far, to what the others leave exposed of it.
 fn cover(members: &[Member], leaves: &mut Leaves, colliders: &Colliders) {
-    let parts: Vec<Option<Part>> = (members.iter())
-        .map(|member| plain(member, leaves, colliders))
-        .collect();
-    let placed = (members.iter().zip(&parts))
-        .map(|(member, part)| part.as_ref()?.sharp_polygon(&member.pose));
-    let placed: Vec<Option<Polygon>> = placed.collect();
-    let boxes = placed
-        .iter()
-        .map(|polygon| bounds(polygon.as_ref().map_or(&[], |p| &p.points)));
-    let boxes: Vec<Aabb> = boxes.collect();
-    let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
-    let known = |k: usize| colliders.get(leaves.get(members[k].leaf).slot);
-    let may_cover = |k: usize, other: usize| {
-        k != other
-            && known(k)
-                .zip(known(other))
-                .is_some_and(|(a, b)| a.is_like(b))
-    };
-    let beside: Vec<Vec<usize>> = (0..members.len())
-        .map(|k| {
-            let near = tree.intersect_aabb(&boxes[k]).map(|other| other as usize);
-            let mut near: Vec<usize> = near.filter(|other| may_cover(k, *other)).collect();
-            near.sort_unstable();
-            near
+    let placed = members.iter().filter_map(|member| {
+        let part = plain(member, leaves, colliders)?;
+        let polygon = part.sharp_polygon(&member.pose)?;
+        Some(Placed {
+            member: *member,
+            slot: leaves.names[member.leaf as usize].slot,
+            bounds: bounds(&polygon.points),
+            part,
+            polygon,
         })
-        .collect();
-    let polygon =
-        |k: usize, other: usize| Some((placed[other].as_ref()?, flush([&boxes[k], &boxes[other]])));
+    });
+    let all: Vec<Placed> = placed.collect();
+    let boxes: Vec<Aabb> = all.iter().map(|own| own.bounds).collect();
+    let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+    let alike = |one: &Placed, other: &Placed| {
+        let [one, other] = [one, other].map(|own| colliders.get(own.slot));
+        one.zip(other).is_some_and(|(a, b)| a.is_like(b))
+    };
+    let beside = (0..all.len()).map(|k| {
+        let near = tree.intersect_aabb(&boxes[k]).map(|other| other as usize);
+        let near = near.filter(|other| *other != k && alike(&all[k], &all[*other]));
+        let mut near: Vec<usize> = near.collect();
+        near.sort_unstable();
+        near
+    });
+    let beside: Vec<Vec<usize>> = beside.collect();
+    let polygon = |k: usize, other: usize| (&all[other].polygon, flush([&boxes[k], &boxes[other]]));
     // how far the surface goes on from a corner of a member
     let run = |member: usize, corner: Vec2, beyond: &Beyond| {
         let (mut k, mut far) = (member, 0.0);
         for _ in 0..MOST {
             let next = beside[k].iter().filter_map(|&other| {
-                let (polygon, flush) = polygon(k, other)?;
-                Some((
-                    beyond.reach(polygon, corner + far * beyond.way, flush)?,
-                    other,
-                ))
+                let (polygon, flush) = polygon(k, other);
+                let reach = beyond.reach(polygon, corner + far * beyond.way, flush)?;
+                Some((reach, other))
             });
             match next.max_by(|a, b| a.0.total_cmp(&b.0)) {
                 Some((way, other)) => (k, far) = (other, far + way),
@@ -177,24 +213,20 @@ fn cover(members: &[Member], leaves: &mut Leaves, colliders: &Colliders) {
         }
         f64::INFINITY
     };
-    let covered = (0..members.len()).map(|k| {
-        let (own, part) = (placed[k].as_ref()?, parts[k].as_ref()?);
-        let others: Vec<_> = beside[k]
-            .iter()
-            .filter_map(|&other| polygon(k, other))
-            .collect();
+    for (k, own) in all.iter().enumerate() {
+        let others: Vec<_> = beside[k].iter().map(|&other| polygon(k, other)).collect();
         let run = |corner, beyond| run(k, corner, &beyond);
-        part.covered((&members[k].pose, own), &others, run)
-    });
-    let covered: Vec<Option<Part>> = covered.collect();
-    for ((member, part), covered) in members.iter().zip(parts).zip(covered) {
-        if let Some(part) = covered.or(part) {
-            leaves.set_part(member.leaf, part);
+        let covered = own
+            .part
+            .covered((&own.member.pose, &own.polygon), &others, run);
+        if let Some(part) = covered {
+            leaves.set_part(own.member.leaf, part);
         }
     }
 }
 
-/// Most parts that are followed to the end of a flat surface. No body is thought to lie on more.
+/// Most parts that are followed to the end of a flat surface. Beyond them it is taken to go on: few bodies lie on
+/// more.
 const MOST: usize = 100;
 
 /// Bounds of points, and of what may lie flush with them.

@@ -80,7 +80,7 @@ impl Finder<'_> {
     }
 }
 
-/// The axis of equation (1); `None` if one separates the two polygons at the end as well. It may be the
+/// The axis of equation (1); `None` if one separates the two polygons at the end as well, or they can meet along none. It may be the
 /// wrong one where the polygons slide along each other: see [`super::seams`]. Two that overlap by no more than
 /// `little` \[m\] count as apart, now and at the end.
 pub(super) fn last_axis(axes: &Axes, [now, next]: [&[Pose64; 2]; 2], little: f64) -> Option<Axis> {

@@ -43,7 +43,7 @@ use super::joints::OUTSIDE;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{Detection, ModelError};
 use crate::threads::Threads;
-use colliders::Colliders;
+use colliders::{Colliders, Known};
 use covers::Covers;
 use grid::Grid;
 pub(super) use hooks::Hooks;
@@ -136,8 +136,13 @@ impl Detector {
 
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
         self.laws += 1;
-        self.colliders.set_surface(collider, law);
         let slot = collider.into_raw_parts().0;
+        let covers = |own: &Colliders| own.get(slot).is_some_and(Known::covers);
+        let before = covers(&self.colliders);
+        self.colliders.set_surface(collider, law);
+        if covers(&self.colliders) != before {
+            self.covers.touch_all();
+        }
         self.leaves.resurface(slot, &self.colliders);
     }
 

@@ -128,7 +128,7 @@ impl Axes<'_> {
             && edges.iter().flatten().any(|edge| !edge.one_sided)
     }
 
-    /// All faces that the other part can touch.
+    /// All faces on the sides of the other part.
     pub fn all(&self) -> impl Iterator<Item = Axis> + '_ {
         (0..2).flat_map(move |part| {
             let faces = match self.sides[part] {

@@ -209,7 +209,7 @@ impl View<'_> {
 }
 
 /// A ball at a polygon, and a bound of their gap \[m\]: at the point nearest to the ball's centre; if that is
-/// inside, at the nearest face. `None` where other parts cover this point.
+/// inside, at the nearest face that is exposed. `None` where other parts cover this point.
 pub(super) fn polygon_ball(
     pose: &Pose64,
     polygon: &Polygon,
