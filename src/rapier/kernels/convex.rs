@@ -164,12 +164,15 @@ impl Meeting<'_> {
         Chosen::Face((!other.edge.is_some_and(leads_on)).then_some((turn, k)))
     }
 
-    /// Whether two polygons do not touch along face `chosen`, under which they overlap: another axis separates them,
-    /// with a face that parts beside them cover.
+    /// Whether two polygons do not touch along face `chosen`, under which they overlap, because parts beside them
+    /// do: another axis separates the two, or separates them more along nearly the opposite direction.
     fn is_covered(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
         let depth = of[chosen.0].best.map_or(f64::NEG_INFINITY, |(s, _)| s);
+        let from = usize::from(of[1].most.0 > of[0].most.0);
+        let (most, face) = of[from].most;
+        let opposed = || self.direction((from, face)).dot(&self.direction(chosen)) < -0.5;
         let covered = self.views.iter().any(|view| view.exposed.is_some());
-        covered && depth < -slack && of.iter().any(|own| own.most.0 > 0.0)
+        covered && depth < most.min(0.0) - slack && (most > 0.0 || opposed())
     }
 
     /// Whether a neighbour of a segment has the contact along the axis that separates the two most, in

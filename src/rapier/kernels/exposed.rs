@@ -113,6 +113,15 @@ impl Exposed {
         Some((cone.beyond(end), cone.runs[end]))
     }
 
+    /// How far \[m\] the surface goes on beyond a corner in a direction.
+    pub fn run(&self, corner: usize, way: Vec2) -> f64 {
+        let Normals::Between(cone) = &self.corners[corner] else {
+            return 0.0;
+        };
+        let along = (0..2).filter(|end| cone.beyond(*end).way.dot(&way) > 0.0);
+        along.map(|end| cone.runs[end]).fold(0.0, f64::max)
+    }
+
     /// Measures by `run` \[m\] how far the surface goes on beyond each corner.
     pub fn measure(&mut self, run: impl Fn(usize, Beyond) -> f64) {
         for (corner, normals) in self.corners.iter_mut().enumerate() {

@@ -176,13 +176,18 @@ impl View<'_> {
         };
         let near = || other.points.iter().map(|p| seen.apply_inverse(*p));
         if !exposed.admits(corner, direction) {
-            return exposed
-                .beyond(corner, direction)
-                .is_some_and(|(beyond, run)| {
-                    let height = |p: &Vec2| beyond.normal.dot(p);
-                    let deepest = near().min_by(|p, q| height(p).total_cmp(&height(q)));
-                    deepest.is_some_and(|p| beyond.way.dot(&(p - self.points[corner])) > run)
-                });
+            let beyond = exposed.beyond(corner, direction);
+            return beyond.is_some_and(|(beyond, run)| {
+                let heights = near().map(|p| beyond.normal.dot(&p)).enumerate();
+                let deepest = heights.min_by(|a, b| a.1.total_cmp(&b.1));
+                let k = deepest.map_or(0, |(k, _)| k);
+                let end = seen.apply_inverse(other.points[k]) - self.points[corner];
+                // parts beside the other one may prolong its face
+                let more = other
+                    .exposed
+                    .map_or(0.0, |own| own.run(k, seen.rotate(beyond.way)));
+                beyond.way.dot(&end) + more > run
+            });
         }
         let n = self.points.len();
         let along = [corner, (corner + n - 1) % n]
