@@ -144,7 +144,7 @@ fn contact_of<'a>(known: &'a [ContactPoint], sides: [&Leaf; 2]) -> Option<&'a Co
 
 impl Finder<'_> {
     /// Two sharp polygons of bodies that can move, and have no other part. (With floors too, 300 boxes that land
-    /// overlap as much as before.)
+    /// overlapped no less.)
     fn may_be_driven(&self, sides: [&Leaf; 2], bodies: [&Present; 2]) -> bool {
         let plain = |leaf: &&Leaf| leaf.surface.plain && leaf.part.is_sharp_polygon();
         sides.iter().all(plain)
