@@ -7,7 +7,7 @@ use super::sleeping::Sleepers;
 use crate::contact::{NO_BODY, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::{BodyRoles, CachedContact, ContactKey, Pose64};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, for uses in which
@@ -89,11 +89,13 @@ impl Bodies {
             return scanned;
         }
         // rapier computes masses only when it steps
-        for (_, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
-            if let Some(body) = parent.and_then(|h| world.bodies.get_mut(h)) {
+        let reported = self.watch.changed.iter().chain(&self.watch.gone);
+        let parents: FxHashSet<_> = reported.filter_map(|(_, parent)| *parent).collect();
+        for parent in parents {
+            if let Some(body) = world.bodies.get_mut(parent) {
                 body.recompute_mass_properties_from_colliders(&world.colliders);
             }
-            if let Some(k) = parent.and_then(|h| self.index_of(h)) {
+            if let Some(k) = self.index_of(parent) {
                 self.list[k as usize].thickness = None;
             }
         }

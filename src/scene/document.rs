@@ -299,6 +299,8 @@ struct Lines<'a> {
     text: &'a str,
     /// Offset of the first byte of every line.
     starts: Vec<usize>,
+    /// Offsets of the bytes that start no character.
+    inner: Vec<usize>,
 }
 
 impl<'a> Lines<'a> {
@@ -307,28 +309,38 @@ impl<'a> Lines<'a> {
         let starts = std::iter::once(0)
             .chain(breaks.map(|(at, _)| at + 1))
             .collect();
-        Lines { text, starts }
+        let inner = (0..text.len())
+            .filter(|at| !text.is_char_boundary(*at))
+            .collect();
+        Lines {
+            text,
+            starts,
+            inner,
+        }
     }
 
-    /// The line's number from 0 and its text up to `offset`.
-    fn before(&self, offset: usize) -> (usize, &'a str) {
-        let line = self.starts.partition_point(|start| *start <= offset) - 1;
-        let bytes = self.starts[line]..offset.min(self.text.len());
-        (line, self.text.get(bytes).unwrap_or(""))
+    /// The line's number from 0.
+    fn line(&self, offset: usize) -> usize {
+        self.starts.partition_point(|start| *start <= offset) - 1
     }
 
     fn origin(&self, offset: usize) -> Origin {
-        let (line, before) = self.before(offset);
+        let offset = offset.min(self.text.len());
+        let line = self.line(offset);
+        let inner = |end| self.inner.partition_point(|at| *at < end);
+        let start = self.starts[line];
         Origin::Line {
             line: line + 1,
-            column: before.chars().count() + 1,
+            column: offset - start - (inner(offset) - inner(start)) + 1,
         }
     }
 
     /// The key on the line of `offset`, as far as malformed TOML has one.
     fn key_at(&self, offset: usize) -> String {
-        let (line, _) = self.before(offset);
-        let text = self.text[self.starts[line]..].lines().next().unwrap_or("");
+        let text = self.text[self.starts[self.line(offset)]..]
+            .lines()
+            .next()
+            .unwrap_or("");
         let key = text.split(['=', '#']).next().unwrap_or("").trim();
         key.chars().take(60).collect()
     }

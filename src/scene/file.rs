@@ -311,11 +311,6 @@ pub struct Oscillation {
 impl BodyEntry {
     /// The shape of the body: the first one if the entry has several, `None` if it has none.
     pub fn shape(&self) -> Option<Shape> {
-        let rectangle = |[width, height]: [f64; 2]| Shape::Box { width, height };
-        let capsule = |[length, radius]: [f64; 2]| Shape::Capsule { length, radius };
-        let polygon = |points: &Vec<_>| Shape::Polygon {
-            points: points.clone(),
-        };
         let polyline = |points: &Vec<_>| {
             let (mut points, closed) = (points.clone(), self.closed == Some(true));
             // whichever way it is written
@@ -328,23 +323,24 @@ impl BodyEntry {
             }
             Shape::Polyline { points, closed }
         };
-        self.disc
-            .map(|radius| Shape::Disc { radius })
-            .or_else(|| self.rectangle.map(rectangle))
-            .or_else(|| self.capsule.map(capsule))
-            .or_else(|| self.polygon.as_ref().map(polygon))
-            .or_else(|| self.sector.map(sector))
-            .or_else(|| self.polyline.as_ref().map(polyline))
-            .or_else(|| self.rod.map(|length| Shape::Rod { length }))
-            .or_else(|| self.line.map(|_| Shape::Line))
-            .or_else(|| self.bowl.map(|radius| Shape::Bowl { radius }))
-            .or_else(|| self.compound())
+        convex(
+            self.disc,
+            self.rectangle,
+            self.capsule,
+            self.polygon.as_ref(),
+        )
+        .or_else(|| self.sector.map(sector))
+        .or_else(|| self.polyline.as_ref().map(polyline))
+        .or_else(|| self.rod.map(|length| Shape::Rod { length }))
+        .or_else(|| self.line.map(|_| Shape::Line))
+        .or_else(|| self.bowl.map(|radius| Shape::Bowl { radius }))
+        .or_else(|| self.compound())
     }
 
     fn compound(&self) -> Option<Shape> {
         let part = |part: &PartEntry| {
             Some(Part {
-                shape: part.alone(self).shape()?,
+                shape: part.shape()?,
                 position: part.position,
                 angle: part.angle,
             })
@@ -371,17 +367,30 @@ pub struct PartEntry {
 }
 
 impl PartEntry {
-    /// The entry of a body that has this part as its only shape.
-    pub(super) fn alone(&self, body: &BodyEntry) -> BodyEntry {
-        BodyEntry {
-            disc: self.disc,
-            rectangle: self.rectangle,
-            capsule: self.capsule,
-            polygon: self.polygon.clone(),
-            parts: None,
-            ..body.clone()
-        }
+    fn shape(&self) -> Option<Shape> {
+        convex(
+            self.disc,
+            self.rectangle,
+            self.capsule,
+            self.polygon.as_ref(),
+        )
     }
+}
+
+/// The first shape given of those that a body and a part of it can have.
+fn convex(
+    disc: Option<f64>,
+    rectangle: Option<[f64; 2]>,
+    capsule: Option<[f64; 2]>,
+    polygon: Option<&Vec<[f64; 2]>>,
+) -> Option<Shape> {
+    let rectangle = rectangle.map(|[width, height]| Shape::Box { width, height });
+    let capsule = capsule.map(|[length, radius]| Shape::Capsule { length, radius });
+    let polygon = polygon.map(|points| Shape::Polygon {
+        points: points.clone(),
+    });
+    let disc = disc.map(|radius| Shape::Disc { radius });
+    disc.or(rectangle).or(capsule).or(polygon)
 }
 
 /// The four corners of a voussoir, counter-clockwise. Its joint faces lie on radii; its inner and

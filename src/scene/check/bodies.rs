@@ -84,7 +84,10 @@ fn check_parts(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     }
     for (index, part) in parts.iter().enumerate() {
         let at = at.index(index);
-        check_shape(&at, &part.alone(body))?;
+        check_one_shape(&at)?;
+        if let Some(points) = &part.polygon {
+            check_outline(&at, "polygon", check_polygon(points))?;
+        }
     }
     Ok(())
 }
@@ -93,22 +96,37 @@ const SHAPES: [&str; 10] = [
     "disc", "box", "capsule", "polygon", "sector", "polyline", "rod", "line", "bowl", "parts",
 ];
 
-fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
+fn check_one_shape(at: &At<'_>) -> Result<(), SceneError> {
     let given: Vec<&str> = SHAPES
         .into_iter()
         .filter(|shape| at.written(shape))
         .collect();
     match given[..] {
-        [_] => {}
+        [_] => Ok(()),
         [] => {
             let (last, others) = (SHAPES[9], SHAPES[..9].join(", "));
-            return Err(at.missing(format!("{others} or {last}")));
+            Err(at.missing(format!("{others} or {last}")))
         }
         [first, second, ..] => {
             let problem = format!("a body has one shape; `{first}` is given already");
-            return Err(at.key(second).conflict(problem));
+            Err(at.key(second).conflict(problem))
         }
     }
+}
+
+fn check_outline(
+    at: &At<'_>,
+    key: &'static str,
+    faults: Result<(), String>,
+) -> Result<(), SceneError> {
+    faults.map_err(|problem| SceneError::Outline {
+        at: at.key(key).place(),
+        problem,
+    })
+}
+
+fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
+    check_one_shape(at)?;
     if body.parts.is_some() {
         check_parts(at, body)?;
     }
@@ -135,17 +153,11 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         !closed || body.two_sided == Some(true),
         "{key} is a property of a closed polyline that is not two-sided",
     )?;
-    let outline = |key, faults: Result<(), String>| {
-        faults.map_err(|problem| SceneError::Outline {
-            at: at.key(key).place(),
-            problem,
-        })
-    };
     if let Some(points) = &body.polygon {
-        outline("polygon", check_polygon(points))?;
+        check_outline(at, "polygon", check_polygon(points))?;
     }
     if let Some(points) = &body.polyline {
-        outline("polyline", check_chain(points, closed))?;
+        check_outline(at, "polyline", check_chain(points, closed))?;
     }
     Ok(())
 }

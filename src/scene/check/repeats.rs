@@ -42,12 +42,10 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
 }
 
 fn points(body: &BodyEntry) -> u64 {
-    let outline = body.polygon.as_ref().or(body.polyline.as_ref());
+    let count = |outline: Option<&Vec<_>>| outline.map_or(1, |points| points.len().max(1) as u64);
     let parts = body.parts.iter().flatten();
-    let parts: u64 = parts.map(|part| points(&part.alone(body))).sum();
-    outline
-        .map_or(1, |points| points.len().max(1) as u64)
-        .max(parts)
+    let parts = parts.map(|part| count(part.polygon.as_ref())).sum();
+    count(body.polygon.as_ref().or(body.polyline.as_ref())).max(parts)
 }
 
 fn check_repeat<'b>(
