@@ -6,8 +6,9 @@
 //! u_E ← u_E − ε w,   ε = −R / max(ū · M w, w · M w / 2) ≤ 0.05,   ū = (u_A + u_E)/2    (1)
 //! ```
 //!
-//! `w` is `u_E` of an island with a support. An island without one has both momenta to keep: `w` is
-//! then its motion relative to a rigid one. Rows that are at rest at the end of the step stay so. The
+//! `w` is `u_E` of an island with a support. Where all its supports are smooth and have one normal, the
+//! momentum along them is kept: `w` is then `u_E` less the velocity of the centre of mass along them. An
+//! island without a support has both momenta to keep: `w` is its motion relative to a rigid one. Rows that are at rest at the end of the step stay so. The
 //! record has the impulses that this takes. Of a debt that remains, up to X is paid in later steps.
 //!
 //! Islands with a motor, or with a support or a surface that moves, pay nothing, because (1) would
@@ -24,6 +25,8 @@ use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// Largest `ε` of (1).
 const MOST: f64 = 0.05;
+/// Normals that differ by less [rad] are one: those of a face in rapier's `f32` are.
+const PARALLEL: f64 = 1e-6;
 
 /// Lets islands in debt pay.
 pub(super) struct Debtors<'a, M: ?Sized> {
@@ -96,7 +99,10 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
         bodies.dedup();
         let supported = bodies.pop_if(|b| *b == NO_BODY).is_some();
         let motion: Vec<Vec3> = match supported {
-            true => bodies.iter().map(|&b| end[b as usize]).collect(),
+            true => {
+                let drift = self.drift(members, &bodies, end);
+                bodies.iter().map(|&b| end[b as usize] - drift).collect()
+            }
             false => match relative_motion(model, &bodies, inverse_mass, end) {
                 Some(motion) => motion,
                 None => return 0.0,
@@ -134,6 +140,51 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
             drag.push((b, -share * mobile.component_mul(&mass)));
         }
         -share * power(end)
+    }
+
+    /// Velocity of the centre of mass of `bodies` along the supports of their island, if these are
+    /// smooth and have one normal: nothing outside can change it. Otherwise 0.
+    fn drift(&self, members: &[u32], bodies: &[u32], end: &[Vec3]) -> Vec3 {
+        let Some(normal) = self.smooth_support(members) else {
+            return Vec3::zeros();
+        };
+        let (mut mass, mut momentum) = (0.0, Vec2::zeros());
+        for &b in bodies {
+            let w = self.inverse_mass[b as usize];
+            if w.x <= 0.0 || w.x != w.y {
+                return Vec3::zeros();
+            }
+            mass += 1.0 / w.x;
+            momentum += end[b as usize].xy() / w.x;
+        }
+        let along = Vec2::new(-normal.y, normal.x);
+        let drift = momentum.dot(&along) / mass * along;
+        Vec3::new(drift.x, drift.y, 0.0)
+    }
+
+    /// The normal of the supports of an island, if they are contacts without friction that have one.
+    fn smooth_support(&self, members: &[u32]) -> Option<Vec2> {
+        let Interval {
+            detection,
+            blocks,
+            sides,
+            ..
+        } = self.interval;
+        let mut normal: Option<Vec2> = None;
+        for &i in members {
+            if !sides[i as usize].contains(&NO_BODY) {
+                continue;
+            }
+            let Source::Contact(index) = blocks[i as usize].source else {
+                return None;
+            };
+            let contact = &detection.contacts[index];
+            let first = *normal.get_or_insert(contact.normal);
+            if contact.friction > 0.0 || first.perp(&contact.normal).abs() > PARALLEL {
+                return None;
+            }
+        }
+        normal
     }
 
     /// Whether nothing drives an island.

@@ -345,3 +345,18 @@ impl<'a> Lines<'a> {
         key.chars().take(60).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_count_characters() {
+        let lines = Lines::new("é = 1\nname = \"größe\" # µ\nx");
+        let at = |line, column| Origin::Line { line, column };
+        for (offset, expected) in [(0, at(1, 1)), (2, at(1, 2)), (7, at(2, 1)), (22, at(2, 14))] {
+            assert_eq!(lines.origin(offset), expected, "{offset}");
+        }
+        assert_eq!(lines.origin(1000), at(3, 2));
+    }
+}
