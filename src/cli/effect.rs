@@ -84,6 +84,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("material.damping_restitution", &[Ours]),
     ("reference", &[Bodies]),
     ("verdict.overlap", &[Judged, Bodies]),
+    ("verdict.deepest", &[Judged, Bodies]),
     ("verdict.joint_gap", &[Judged, Bodies]),
     ("verdict.energy", &[Judged, Bodies, Ours]),
     ("verdict.imbalance", &[Judged, Bodies, Ours]),

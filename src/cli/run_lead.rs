@@ -160,6 +160,13 @@ fn advice(scene: &Scene, engine: Engine, verdict: &Verdict) -> String {
             "for the overlap, {shorter}, and a look at how the bodies lie at the start"
         ));
     }
+    if failed("deepest") {
+        let finer = match scene.step.events {
+            true => shorter.clone(),
+            false => format!("{shorter}, or --events, which finds each impact in time"),
+        };
+        advice.push(format!("for the deep overlap, {finer}"));
+    }
     if failed("joint_gap") {
         advice.push(format!("for the joints, {shorter}"));
     }

@@ -17,7 +17,9 @@ const NAMED: usize = 10;
 /// of the bodies, from their poses alone ([`crate::scene::Built::measure`]), and the energy that
 /// contacts and joints add:
 /// - `overlap`: the worst overlap that lasts [`LASTING`] seconds, over the size of the smaller body;
-/// - `joint_gap`: the same for the gaps of pins and welds;
+/// - `deepest`: the deepest overlap at the end of any step, over the width of the thinner part. Where bodies with
+///   restitution are driven into each other within a step, their impact comes a step late;
+/// - `joint_gap`: as `overlap`, for the gaps of pins and welds;
 /// - `passed_through`: pairs of bodies of which one passed through the other;
 /// - `energy`: total energy that rigid contacts, pins, locked axes and limits added to the bodies
 ///   ([`StepRecord::constraint_work`]), over the energy of the scene. The latter is the sum of the
@@ -72,6 +74,8 @@ pub struct Judge {
     gaps: SlidingLeast,
     worst_gap: Option<f64>,
     window: usize,
+    /// Step length \[s\].
+    dt: f64,
     /// Steps in which some pair passed through another, by pairs.
     passages: usize,
     named: Vec<Passage>,
@@ -106,6 +110,7 @@ impl Judge {
             gaps: SlidingLeast::default(),
             worst_gap: None,
             window: ((LASTING / scene.step.dt).ceil() as usize).max(1),
+            dt: scene.step.dt,
             passages: 0,
             named: Vec::new(),
             driven: scene.bodies.iter().any(|body| body.oscillation.is_some()),
@@ -191,6 +196,18 @@ impl Judge {
                 )
             });
             check("overlap", ratio, limits.overlap, of);
+        }
+        if built.lasting_overlap().is_some() {
+            let deepest = built.deepest_overlap();
+            let of = deepest.map_or(String::new(), |deepest| {
+                let [a, b] = deepest.bodies.map(|k| self.names[k as usize].as_str());
+                let (share, time) = (100.0 * deepest.ratio, deepest.step as f64 * self.dt);
+                format!(
+                    "{a} and {b} overlap by {share:.0} % of the thinner one's width at {time:.4} s"
+                )
+            });
+            let ratio = deepest.map_or(0.0, |deepest| deepest.ratio);
+            check("deepest", ratio, limits.deepest, of);
         }
         // a run shorter than a window counts as a whole
         // at the end half a window is enough

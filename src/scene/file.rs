@@ -161,6 +161,9 @@ impl Default for Step {
 pub struct Limits {
     /// Largest overlap that lasts, over the size of the smaller body; default 1e-3.
     pub overlap: f64,
+    /// Largest overlap at the end of any step, over the width of the thinner part; default 0.5. Beyond that
+    /// the middle of the one is inside the other, and may come out on another side than it went in.
+    pub deepest: f64,
     /// Largest gap of a pin or weld that lasts, over the size of the smaller body; default 1e-3.
     pub joint_gap: f64,
     /// Largest total energy that rigid contacts and joints add, over the energy of the scene;
@@ -177,6 +180,7 @@ impl Default for Limits {
     fn default() -> Self {
         Limits {
             overlap: LARGE_OVERLAP,
+            deepest: 0.5,
             joint_gap: 1e-3,
             energy: 1e-3,
             imbalance: 1e-9,

@@ -51,7 +51,18 @@ impl SlidingLeast {
     }
 }
 
-/// Overlaps that last: of each pair of bodies the ratios of depth to size.
+/// The deepest overlap of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Deepest {
+    /// Over the width of the thinner part.
+    pub ratio: f64,
+    /// In the scene's numbers, the smaller first.
+    pub bodies: [u32; 2],
+    /// The number of the step at whose end it was found, from 1.
+    pub step: usize,
+}
+
+/// Overlaps that last, and the deepest one: of each pair of bodies the ratios of depth to size.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Lasting {
     /// Steps of a window, and steps so far.
@@ -63,6 +74,7 @@ pub(super) struct Lasting {
     now: FxHashMap<(u32, u32), f64>,
     /// The worst of all windows, and its pair.
     worst: (f64, Option<[u32; 2]>),
+    deepest: Option<Deepest>,
 }
 
 impl Lasting {
@@ -75,6 +87,7 @@ impl Lasting {
             present: FxHashMap::default(),
             now: FxHashMap::default(),
             worst: (0.0, None),
+            deepest: None,
         }
     }
 
@@ -82,6 +95,22 @@ impl Lasting {
     pub fn add(&mut self, pair: (u32, u32), ratio: f64) {
         let worst = self.now.entry(pair).or_insert(0.0);
         *worst = worst.max(ratio);
+    }
+
+    /// Adds the ratio of depth to width of a pair in this step.
+    pub fn deepen(&mut self, pair: (u32, u32), ratio: f64) {
+        if self.deepest.is_none_or(|deepest| ratio > deepest.ratio) {
+            self.deepest = Some(Deepest {
+                ratio,
+                bodies: [pair.0, pair.1],
+                step: self.steps + 1,
+            });
+        }
+    }
+
+    /// The deepest overlap so far, also one of a single step.
+    pub fn deepest(&self) -> Option<Deepest> {
+        self.deepest
     }
 
     /// Ends a step.
@@ -192,5 +221,21 @@ mod tests {
         assert_eq!(lasting.worst(), (0.2, Some([1, 2])));
         lasting.step();
         assert_eq!(lasting.worst(), (0.0, None));
+    }
+
+    #[test]
+    fn the_deepest_is_known_however_short_it_is() {
+        let mut lasting = Lasting::new(10);
+        for (k, ratio) in [0.1, 0.4, 0.3].into_iter().enumerate() {
+            lasting.deepen((k as u32, 9), ratio);
+            lasting.deepen((7, 8), 0.2);
+            lasting.step();
+        }
+        let expected = Deepest {
+            ratio: 0.4,
+            bodies: [1, 9],
+            step: 2,
+        };
+        assert_eq!(lasting.deepest(), Some(expected));
     }
 }

@@ -65,6 +65,7 @@ mod wear;
 mod world;
 mod written;
 
+pub use lasting::Deepest;
 pub(crate) use lasting::SlidingLeast;
 
 pub use crate::dynamics::{ImpactLaw, LASTING, Scheme};

@@ -3,7 +3,7 @@
 
 use super::convex::{gap, width};
 use super::crossing::Crossing;
-use super::lasting::Lasting;
+use super::lasting::{Deepest, Lasting};
 use super::passing::Passing;
 use super::slabs::slabs;
 use super::{Body, BodyKind, Joint, Shape};
@@ -193,6 +193,11 @@ impl Overlaps {
         self.lasting.worst()
     }
 
+    /// The deepest overlap so far.
+    pub fn deepest(&self) -> Option<Deepest> {
+        self.lasting.deepest()
+    }
+
     /// Size \[m\] of a body.
     pub fn size(&self, body: usize) -> f64 {
         self.sizes[body]
@@ -218,6 +223,14 @@ impl Overlaps {
 
     fn counts(&self, i: u32, j: u32) -> bool {
         counts(&self.leaves, &self.tied, i, j)
+    }
+
+    /// Least width \[m\] of a leaf; the size of its body for an edge, which has none of its own.
+    fn width(&self, leaf: &Leaf) -> f64 {
+        match leaf.slab || leaf.is_sheet() {
+            true => self.sizes[leaf.body as usize],
+            false => leaf.thickness,
+        }
     }
 
     /// Depth \[m\] of a pair beyond its initial overlap.
@@ -248,6 +261,8 @@ impl Overlaps {
             let size = self.sizes[a.body as usize].min(self.sizes[b.body as usize]);
             let pair = (a.body.min(b.body), a.body.max(b.body));
             self.lasting.add(pair, excess / size);
+            self.lasting
+                .deepen(pair, excess / self.width(a).min(self.width(b)));
         }
         excess
     }

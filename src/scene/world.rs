@@ -1,5 +1,6 @@
 //! The world of a scene, which can be stepped, on any of the three models.
 
+use super::lasting::Deepest;
 use super::overlap::{Measured, Overlaps};
 use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::contact::{Vec2, Vec3};
@@ -213,6 +214,11 @@ impl Built {
     /// smaller body, and the two bodies; after [`Built::measure`] in each step.
     pub fn lasting_overlap(&self) -> Option<(f64, Option<[u32; 2]>)> {
         Some(self.overlaps.as_ref()?.lasting())
+    }
+
+    /// The deepest overlap at the end of any step; after [`Built::measure`] in each step.
+    pub fn deepest_overlap(&self) -> Option<Deepest> {
+        self.overlaps.as_ref()?.deepest()
     }
 
     /// Diameter \[m\] of a circle round the origin of body `k` that holds it; `None` for other

@@ -79,6 +79,32 @@ fn an_overlap_that_lasts_is_measured_by_the_size_of_the_bodies() {
     assert_eq!((code, &verdict["held"]), (0, &true.into()), "{verdict}");
 }
 
+/// Bug: a disc that another one hits towards a wall has its impact there one step late. Half of it was inside the
+/// wall by then, and the scene held: the overlap lasts for one step only.
+#[test]
+fn a_body_half_inside_another_at_one_instant_is_told() {
+    let place = place();
+    place.write(
+        "late.toml",
+        "[scene]\nname = \"late\"\ntitle = \"Late\"\n[gravity]\ny = 0\n[step]\ntime = 0.5\n\
+         [[material]]\nname = \"m\"\nfriction = 0\nrestitution = 0.8\n\
+         [[body]]\nname = \"wall\"\nkind = \"fixed\"\nbox = [1, 4]\nposition = [1.5, 0]\n\
+         material = \"m\"\n[[body]]\nname = \"light\"\ndisc = 0.25\nmass = 1\n\
+         position = [0.749, 0]\nmaterial = \"m\"\n[[body]]\nname = \"heavy\"\ndisc = 0.25\n\
+         mass = 4\nposition = [-1, 0]\nvelocity = [24, 0]\nmaterial = \"m\"\n",
+    );
+    let (code, verdict) = run(&place, "run late.toml");
+    assert_eq!((code, &verdict["held"]), (2, &false.into()), "{verdict}");
+    assert_eq!(check(&verdict, "deepest")["held"], false, "{verdict}");
+    assert_eq!(check(&verdict, "overlap")["value"], 0.0);
+    let sentence = verdict["sentence"].as_str().unwrap();
+    assert!(sentence.contains("wall and light overlap by"), "{sentence}");
+    let (code, verdict) = run(&place, "run late.toml --set verdict.deepest=1");
+    assert_eq!(code, 0, "{verdict}");
+    let (code, verdict) = run(&place, "run late.toml --events");
+    assert_eq!((code, &verdict["held"]), (0, &true.into()), "{verdict}");
+}
+
 #[test]
 fn a_run_of_ours_that_did_not_hold_ends_with_2() {
     let place = place();
