@@ -169,101 +169,19 @@ impl Judge {
 
     /// The verdict at the end of the run.
     pub fn verdict(self, totals: &Totals, built: &Built) -> Verdict {
-        let limits = self.limits;
-        let mut checks = Vec::new();
-        let mut check = |name, value: f64, limit: f64, why: String| {
-            checks.push(Check {
-                name,
-                value,
-                limit,
-                // false for NaN
-                held: value <= limit,
-                why,
-            });
-        };
-        if let Some((ratio, pair)) = built.lasting_overlap() {
-            let of = pair.map_or(String::new(), |[a, b]| {
-                let name = |k: u32| self.names[k as usize].as_str();
-                let share = 100.0 * ratio;
-                let long = match totals.steps < self.window {
-                    true => "all through the run".to_owned(),
-                    false => format!("for {LASTING} s or longer"),
-                };
-                format!(
-                    "{} and {} overlap by {share:.2} % of the smaller one {long}",
-                    name(a),
-                    name(b),
-                )
-            });
-            check("overlap", ratio, limits.overlap, of);
-        }
-        if built.lasting_overlap().is_some() {
-            let deepest = built.deepest_overlap();
-            let of = deepest.map_or(String::new(), |deepest| {
-                let [a, b] = deepest.bodies.map(|k| self.names[k as usize].as_str());
-                let (share, time) = (100.0 * deepest.ratio, deepest.step as f64 * self.dt);
-                format!(
-                    "{a} and {b} overlap by {share:.0} % of the thinner one's width at {time:.4} s"
-                )
-            });
-            let ratio = deepest.map_or(0.0, |deepest| deepest.ratio);
-            check("deepest", ratio, limits.deepest, of);
-        }
-        // a run shorter than a window counts as a whole
-        // at the end half a window is enough
-        let last = self.gaps.at_end(self.window);
-        let gap = match (self.worst_gap, last) {
-            (Some(worst), Some(last)) => Some(larger(worst, last)),
-            (worst, last) => worst.or(last),
-        };
-        if let Some(ratio) = gap {
-            let why = format!(
-                "a joint stays open by {:.2} % of its smaller body",
-                100.0 * ratio
-            );
-            check("joint_gap", ratio, limits.joint_gap, why);
-        }
+        let mut checks = Checks(Vec::new());
+        self.check_overlaps(&mut checks, totals, built);
+        self.check_joints(&mut checks);
         if built.simulation().is_some() {
-            let who = self.named.first().map_or(String::new(), |first| {
-                let [a, b] = &first.bodies;
-                let count = self.passages;
-                format!(
-                    "{a} passed through {b} at {:.4} s ({count} such passages in all)",
-                    first.time_s
-                )
-            });
-            check("passed_through", self.passages as f64, 0.0, who);
+            self.check_passages(&mut checks);
         }
         if totals.accounted {
-            let scale = totals.kinetic_most
-                + (totals.potential[1] - totals.potential[0])
-                + self.weight
-                + f64::MIN_POSITIVE;
-            if !self.driven {
-                let energy = totals.constraint_gain / scale;
-                let why = format!("contacts and joints gave {:.3e} J", totals.constraint_gain);
-                check("energy", energy, limits.energy, why);
-            }
-            let why = format!(
-                "the energy balance of a step is off by {:.3e} J",
-                totals.imbalance
-            );
-            check("imbalance", totals.imbalance / scale, limits.imbalance, why);
-            let why = format!("islands that failed: {}", totals.failed_islands);
-            check("failed", totals.failed_islands as f64, 0.0, why);
-            if totals.unsolved_islands > totals.failed_islands && self.least > 0.0 {
-                let mean = totals.bounded_way / totals.time;
-                let why = format!(
-                    "islands that are not certified may add an overlap of {mean:.2e} m a second"
-                );
-                check("bounded", mean / self.least, limits.bounded, why);
-            }
+            self.check_energy(&mut checks, totals);
+            self.check_solver(&mut checks, totals);
         }
-        let failed: Vec<&str> = checks
-            .iter()
-            .filter(|check| !check.held)
-            .map(|check| check.why.as_str())
-            .collect();
+        let Checks(checks) = checks;
+        let failed = checks.iter().filter(|check| !check.held);
+        let failed: Vec<&str> = failed.map(|check| check.why.as_str()).collect();
         let held = failed.is_empty();
         let sentence = match held {
             true => "the scene held".to_owned(),
@@ -275,5 +193,101 @@ impl Judge {
             checks,
             passed_through: self.named,
         }
+    }
+
+    fn check_overlaps(&self, checks: &mut Checks, totals: &Totals, built: &Built) {
+        let Some((ratio, pair)) = built.lasting_overlap() else {
+            return;
+        };
+        let names = |pair: [u32; 2]| {
+            let [a, b] = pair.map(|k| self.names[k as usize].as_str());
+            format!("{a} and {b}")
+        };
+        let of = pair.map_or(String::new(), |pair| {
+            let share = 100.0 * ratio;
+            let long = match totals.steps < self.window {
+                true => "all through the run".to_owned(),
+                false => format!("for {LASTING} s or longer"),
+            };
+            let both = names(pair);
+            format!("{both} overlap by {share:.2} % of the smaller one {long}")
+        });
+        checks.add("overlap", ratio, self.limits.overlap, of);
+        let deepest = built.deepest_overlap();
+        let of = deepest.map_or(String::new(), |deepest| {
+            let (share, time) = (100.0 * deepest.ratio, deepest.step as f64 * self.dt);
+            let both = names(deepest.bodies);
+            format!("{both} overlap by {share:.0} % of the thinner one's width at {time:.4} s")
+        });
+        let ratio = deepest.map_or(0.0, |deepest| deepest.ratio);
+        checks.add("deepest", ratio, self.limits.deepest, of);
+    }
+
+    fn check_joints(&self, checks: &mut Checks) {
+        // a run shorter than a window counts as a whole
+        // at the end half a window is enough
+        let last = self.gaps.at_end(self.window);
+        let gap = match (self.worst_gap, last) {
+            (Some(worst), Some(last)) => Some(larger(worst, last)),
+            (worst, last) => worst.or(last),
+        };
+        if let Some(ratio) = gap {
+            let share = 100.0 * ratio;
+            let why = format!("a joint stays open by {share:.2} % of its smaller body");
+            checks.add("joint_gap", ratio, self.limits.joint_gap, why);
+        }
+    }
+
+    fn check_passages(&self, checks: &mut Checks) {
+        let who = self.named.first().map_or(String::new(), |first| {
+            let ([a, b], count) = (&first.bodies, self.passages);
+            let time = first.time_s;
+            format!("{a} passed through {b} at {time:.4} s ({count} such passages in all)")
+        });
+        checks.add("passed_through", self.passages as f64, 0.0, who);
+    }
+
+    fn check_energy(&self, checks: &mut Checks, totals: &Totals) {
+        let scale = totals.kinetic_most
+            + (totals.potential[1] - totals.potential[0])
+            + self.weight
+            + f64::MIN_POSITIVE;
+        if !self.driven {
+            let given = totals.constraint_gain;
+            let why = format!("contacts and joints gave {given:.3e} J");
+            checks.add("energy", given / scale, self.limits.energy, why);
+        }
+        let off = totals.imbalance;
+        let why = format!("the energy balance of a step is off by {off:.3e} J");
+        checks.add("imbalance", off / scale, self.limits.imbalance, why);
+    }
+
+    fn check_solver(&self, checks: &mut Checks, totals: &Totals) {
+        let failed = totals.failed_islands;
+        let why = format!("islands that failed: {failed}");
+        checks.add("failed", failed as f64, 0.0, why);
+        if totals.unsolved_islands > failed && self.least > 0.0 {
+            let mean = totals.bounded_way / totals.time;
+            let why = format!(
+                "islands that are not certified may add an overlap of {mean:.2e} m a second"
+            );
+            checks.add("bounded", mean / self.least, self.limits.bounded, why);
+        }
+    }
+}
+
+/// The checks of a run so far.
+struct Checks(Vec<Check>);
+
+impl Checks {
+    /// Adds a check; a value that is no number is not within its limit.
+    fn add(&mut self, name: &'static str, value: f64, limit: f64, why: String) {
+        self.0.push(Check {
+            name,
+            value,
+            limit,
+            held: value <= limit,
+            why,
+        });
     }
 }
