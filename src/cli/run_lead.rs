@@ -183,10 +183,13 @@ fn advice(scene: &Scene, engine: Engine, verdict: &Verdict) -> String {
              --dump-problems writes them to files for `moreau2d solve`"
         ));
     }
-    format!(
-        "Go to the red places of the time bar. Then try: {}.",
-        advice.join("; ")
-    )
+    // what has a place on the time bar
+    let marked = ["overlap", "imbalance", "failed", "bounded"];
+    let lead = match marked.iter().any(|name| failed(name)) {
+        true => "Go to the red places of the time bar. Then try",
+        false => "Try",
+    };
+    format!("{lead}: {}.", advice.join("; "))
 }
 
 /// The words for a machine with grains beside the strip.

@@ -186,7 +186,7 @@ fn checks(summary: &Value) -> Option<Section> {
         let held = if check["held"] == true { "yes" } else { "no" };
         let meaning = match check["name"].as_str().unwrap_or_default() {
             "overlap" => "worst lasting overlap over the size of the smaller body",
-            "deepest" => "deepest overlap at the end of a step over the width of the thinner part",
+            "deepest" => "deepest overlap at the end of a step over the width of the thinner body",
             "joint_gap" => "widest lasting joint gap over the size of the smaller body",
             "passed_through" => "bodies that passed through another",
             "energy" => "energy that contacts and joints gave, over that of the scene",

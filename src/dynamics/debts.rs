@@ -151,7 +151,8 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
         let (mut mass, mut momentum) = (0.0, Vec2::zeros());
         for &b in bodies {
             let w = self.inverse_mass[b as usize];
-            if w.x <= 0.0 || w.x != w.y {
+            // without a centre the coordinates are no translations
+            if w.x <= 0.0 || w.x != w.y || self.model.centre(b as usize).is_none() {
                 return Vec3::zeros();
             }
             mass += 1.0 / w.x;

@@ -7,7 +7,7 @@ use super::sleeping::Sleepers;
 use crate::contact::{NO_BODY, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::{BodyRoles, CachedContact, ContactKey, Pose64};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, for uses in which
@@ -90,7 +90,9 @@ impl Bodies {
         }
         // rapier computes masses only when it steps
         let reported = self.watch.changed.iter().chain(&self.watch.gone);
-        let parents: FxHashSet<_> = reported.filter_map(|(_, parent)| *parent).collect();
+        let mut parents: Vec<_> = reported.filter_map(|(_, parent)| *parent).collect();
+        parents.sort_unstable_by_key(|parent| body_id(*parent));
+        parents.dedup();
         for parent in parents {
             if let Some(body) = world.bodies.get_mut(parent) {
                 body.recompute_mass_properties_from_colliders(&world.colliders);

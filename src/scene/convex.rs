@@ -66,9 +66,59 @@ pub(super) fn width(core: &[Vec2]) -> f64 {
     (0..n).map(across).fold(f64::INFINITY, f64::min)
 }
 
+/// Corners of the convex hull of points, counter-clockwise; fewer than three if they lie on a line.
+///
+/// Source: Andrew, *Another efficient algorithm for convex hulls in two dimensions*, Inf. Proc. Letters 9 (1979).
+pub(super) fn hull(mut points: Vec<Vec2>) -> Vec<Vec2> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    let chain = |points: &mut dyn Iterator<Item = &Vec2>| {
+        let mut chain: Vec<Vec2> = Vec::new();
+        for p in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).perp(&(p - b)) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(*p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut all = chain(&mut points.iter());
+    all.append(&mut chain(&mut points.iter().rev()));
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_width_of_points_is_that_of_their_hull() {
+        let points = |all: &[[f64; 2]]| all.iter().map(|p| Vec2::from(*p)).collect::<Vec<_>>();
+        let corners = hull(points(&[
+            [0.0, 0.0],
+            [2.0, 1.0],
+            [2.0, 0.0],
+            [1.0, 0.0],
+            [0.0, 1.0],
+            [1.0, 0.5],
+            [2.0, 1.0],
+        ]));
+        assert_eq!(
+            corners,
+            points(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+        );
+        assert_eq!(width(&corners), 1.0);
+        for line in [
+            &[[1.0, 2.0]][..],
+            &[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]],
+            &[],
+        ] {
+            assert_eq!(width(&hull(points(line))), 0.0, "{line:?}");
+        }
+    }
 
     fn depth(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
         let [a, b] = [a, b].map(|c| c.iter().map(|p| Vec2::from(*p)).collect::<Vec<_>>());

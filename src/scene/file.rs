@@ -161,7 +161,7 @@ impl Default for Step {
 pub struct Limits {
     /// Largest overlap that lasts, over the size of the smaller body; default 1e-3.
     pub overlap: f64,
-    /// Largest overlap at the end of any step, over the width of the thinner part; default 0.5. Beyond that
+    /// Largest overlap at the end of any step, over the width of the thinner body; default 0.5. Beyond that
     /// the middle of the one is inside the other, and may come out on another side than it went in.
     pub deepest: f64,
     /// Largest gap of a pin or weld that lasts, over the size of the smaller body; default 1e-3.

@@ -221,7 +221,7 @@ pub const KEYS: &[Key] = &[
     key("linear.contact.restitution", Real(0.0, 1.0), "", "Newton's coefficient; default 0"),
 
     key("verdict.overlap", Real(0.0, 1.0), "", "Up to which overlap that lasts 0.25 s a run counts as held, over the size of the smaller body; default 1e-3"),
-    key("verdict.deepest", Real(0.0, 1.0), "", "Up to which overlap at the end of any step a run counts as held, over the width of the thinner part; default 0.5"),
+    key("verdict.deepest", Real(0.0, 1e6), "", "Up to which overlap at the end of any step a run counts as held, over the width of the thinner body; default 0.5"),
     key("verdict.joint_gap", Real(0.0, 1.0), "", "Up to which gap of a pin or weld that lasts 0.25 s a run counts as held, over the size of the smaller body; default 1e-3"),
     key("verdict.energy", Real(0.0, 1e6), "", "Up to which energy given by rigid contacts and joints in all a run counts as held, over the energy of the scene; default 1e-3"),
     key("verdict.imbalance", Real(0.0, 1e6), "", "Up to which error of the energy balance of a step a run counts as held, over the energy of the scene; default 1e-9"),

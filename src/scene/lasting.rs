@@ -54,7 +54,7 @@ impl SlidingLeast {
 /// The deepest overlap of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Deepest {
-    /// Over the width of the thinner part.
+    /// Over the width of the thinner body.
     pub ratio: f64,
     /// In the scene's numbers, the smaller first.
     pub bodies: [u32; 2],

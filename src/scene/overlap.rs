@@ -1,7 +1,7 @@
 //! Measures overlaps of a scene's bodies from their poses alone: how deep and how long they overlap,
 //! and whether one passed through another. The measures are the same for every engine.
 
-use super::convex::{gap, width};
+use super::convex::{gap, hull, width};
 use super::crossing::Crossing;
 use super::lasting::{Deepest, Lasting};
 use super::passing::Passing;
@@ -31,6 +31,9 @@ pub(super) struct Overlaps {
     /// Size \[m\] of each body: the diameter of a circle about its origin that contains it.
     #[serde(skip)]
     sizes: Vec<f64>,
+    /// Least extent \[m\] of each body over all directions.
+    #[serde(skip)]
+    widths: Vec<f64>,
     /// Pairs of bodies that a joint connects, which are left out; the smaller number first.
     #[serde(skip)]
     tied: FxHashSet<(u32, u32)>,
@@ -121,6 +124,7 @@ impl Overlaps {
             crossing: Crossing::new(&leaves, |i, j| counts(&leaves, &tied, i, j)),
             order: (0..leaves.len() as u32).collect(),
             placed: vec![(Vec::new(), [Vec2::zeros(); 2]); leaves.len()],
+            widths: widths(&leaves, &extents),
             leaves,
             sizes: extents,
             tied,
@@ -225,14 +229,6 @@ impl Overlaps {
         counts(&self.leaves, &self.tied, i, j)
     }
 
-    /// Least width \[m\] of a leaf; the size of its body for an edge, which has none of its own.
-    fn width(&self, leaf: &Leaf) -> f64 {
-        match leaf.slab || leaf.is_sheet() {
-            true => self.sizes[leaf.body as usize],
-            false => leaf.thickness,
-        }
-    }
-
     /// Depth \[m\] of a pair beyond its initial overlap.
     fn excess(&mut self, i: u32, j: u32, started: bool, before: &[Option<Pose64>]) -> f64 {
         let (a, b) = (&self.leaves[i as usize], &self.leaves[j as usize]);
@@ -259,10 +255,10 @@ impl Overlaps {
         };
         if excess > 0.0 {
             let size = self.sizes[a.body as usize].min(self.sizes[b.body as usize]);
+            let width = self.widths[a.body as usize].min(self.widths[b.body as usize]);
             let pair = (a.body.min(b.body), a.body.max(b.body));
             self.lasting.add(pair, excess / size);
-            self.lasting
-                .deepen(pair, excess / self.width(a).min(self.width(b)));
+            self.lasting.deepen(pair, excess / width);
         }
         excess
     }
@@ -280,6 +276,18 @@ fn counts(leaves: &[Leaf], tied: &FxHashSet<(u32, u32)>, i: u32, j: u32) -> bool
 /// Whether two leaves are two-sided segments.
 fn are_sheets(leaves: &[Leaf], i: u32, j: u32) -> bool {
     [i, j].iter().all(|k| leaves[*k as usize].is_sheet())
+}
+
+/// Least extent \[m\] of each body, at least a hundredth of its size: a sheet has none.
+fn widths(leaves: &[Leaf], sizes: &[f64]) -> Vec<f64> {
+    let mut widths: Vec<f64> = sizes.iter().map(|size| 0.01 * size).collect();
+    for own in leaves.chunk_by(|a, b| a.body == b.body) {
+        let corners = own.iter().flat_map(|leaf| &leaf.core).copied().collect();
+        let radius = own.iter().map(|leaf| leaf.radius).fold(0.0, f64::max);
+        let widest = &mut widths[own[0].body as usize];
+        *widest = widest.max(width(&hull(corners)) + 2.0 * radius);
+    }
+    widths
 }
 
 /// Largest distance of a point of the shape from its body's origin, twice \[m\].
