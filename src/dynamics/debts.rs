@@ -8,8 +8,9 @@
 //!
 //! `w` is `u_E` of an island with a support. Where all its supports are smooth and have one normal, the
 //! momentum along them is kept: `w` is then `u_E` less the velocity of the centre of mass along them. An
-//! island without a support has both momenta to keep: `w` is its motion relative to a rigid one. Rows that are at rest at the end of the step stay so. The
-//! record has the impulses that this takes. Of a debt that remains, up to X is paid in later steps.
+//! island without a support has both momenta to keep: `w` is its motion relative to a rigid one. Rows
+//! that are at rest at the end of the step stay so. The record has the impulses that this takes. Of a
+//! debt that remains, up to X is paid in later steps.
 //!
 //! Islands with a motor, or with a support or a surface that moves, pay nothing, because (1) would
 //! slow what drives them. Nor do islands without support whose bodies are not all free, or any where
@@ -143,7 +144,7 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
     }
 
     /// Velocity of the centre of mass of `bodies` along the supports of their island, if these are
-    /// smooth and have one normal: nothing outside can change it. Otherwise 0.
+    /// smooth and have one normal: they take no momentum in this direction. Otherwise 0.
     fn drift(&self, members: &[u32], bodies: &[u32], end: &[Vec3]) -> Vec3 {
         let Some(normal) = self.smooth_support(members) else {
             return Vec3::zeros();

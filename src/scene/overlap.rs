@@ -278,13 +278,18 @@ fn are_sheets(leaves: &[Leaf], i: u32, j: u32) -> bool {
     [i, j].iter().all(|k| leaves[*k as usize].is_sheet())
 }
 
-/// Least extent \[m\] of each body, at least a hundredth of its size: a sheet has none.
+/// Least extent \[m\] of each body, at least a hundredth of its size. A sheet has none, so that its size counts:
+/// in a pair the other body then sets the width.
 fn widths(leaves: &[Leaf], sizes: &[f64]) -> Vec<f64> {
     let mut widths: Vec<f64> = sizes.iter().map(|size| 0.01 * size).collect();
     for own in leaves.chunk_by(|a, b| a.body == b.body) {
+        let widest = &mut widths[own[0].body as usize];
+        if own.iter().all(Leaf::is_sheet) {
+            *widest = sizes[own[0].body as usize];
+            continue;
+        }
         let corners = own.iter().flat_map(|leaf| &leaf.core).copied().collect();
         let radius = own.iter().map(|leaf| leaf.radius).fold(0.0, f64::max);
-        let widest = &mut widths[own[0].body as usize];
         *widest = widest.max(width(&hull(corners)) + 2.0 * radius);
     }
     widths

@@ -99,6 +99,18 @@ fn a_body_half_inside_another_at_one_instant_is_told() {
     assert_eq!(check(&verdict, "overlap")["value"], 0.0);
     let sentence = verdict["sentence"].as_str().unwrap();
     assert!(sentence.contains("wall and light overlap by"), "{sentence}");
+    // the width of a sheet is none: that of the disc counts
+    let wall = "box = [1, 4]\nposition = [1.5, 0]";
+    let sheet = "polyline = [[0, -0.5], [0, 0.5]]\ntwo_sided = true\nposition = [1, 0]";
+    let text = std::fs::read_to_string(place.path("late.toml")).unwrap();
+    assert!(text.contains(wall) && text.contains("[24, 0]"));
+    place.write(
+        "sheet.toml",
+        text.replace(wall, sheet).replace("[24, 0]", "[3, 0]"),
+    );
+    let (code, verdict) = run(&place, "run sheet.toml");
+    let deepest = check(&verdict, "deepest")["value"].as_f64().unwrap();
+    assert!(code == 0 && (0.05..0.1).contains(&deepest), "{verdict}");
     let (code, verdict) = run(&place, "run late.toml --set verdict.deepest=1");
     assert_eq!(code, 0, "{verdict}");
     let (code, verdict) = run(&place, "run late.toml --events");
