@@ -248,6 +248,15 @@ impl Leaves {
         }
     }
 
+    /// Moves the leaves of a collider to the pose of its body.
+    pub fn follow_collider(&mut self, slot: u32, bodies: &Bodies) {
+        let own = std::mem::take(&mut self.of_slot[slot as usize]);
+        for &leaf in &own {
+            self.follow_one(leaf as usize, bodies);
+        }
+        self.of_slot[slot as usize] = own;
+    }
+
     /// Stores how far \[m\] a leaf reaches in this step.
     pub fn reach(&mut self, k: usize, share: f64) {
         let near = &mut self.near[k];

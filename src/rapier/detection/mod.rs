@@ -222,10 +222,10 @@ impl Detector {
         dt: f64,
         out: &mut Detection,
     ) {
-        self.leaves.follow(bodies);
         for &slot in wanted.iter().flatten() {
             let body = self.colliders.body(slot, bodies);
             if body != OUTSIDE {
+                self.leaves.follow_collider(slot, bodies);
                 let known = &mut self.present[body as usize];
                 // a body that was fast has driven others in this step, even if it is slow now
                 *known = Present {
