@@ -275,7 +275,8 @@ pub(super) fn totals(t: &Totals) -> Value {
 /// Steps, solver work and quality as text for the terminal.
 ///
 /// # Arguments
-/// - `located`: whether `step.events` is on; else only impacts of swept bodies (CCD) are located.
+/// - `located`: whether `step.events` is on; else only impacts of swept bodies (CCD) are located, and rebounds
+///   that would leave an overlap.
 pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
     let mut text = format!(
         "{} steps, {} simulated, {} contacts at most; {} per step\n",
@@ -309,7 +310,10 @@ pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
     if t.events > 0 {
         let why = match located {
             true => "",
-            false => " without --events: those of bodies with continuous collision detection (CCD)",
+            false => {
+                " without --events: those of bodies with continuous collision detection (CCD), and rebounds \
+                 that would have left bodies overlapped"
+            }
         };
         text.push_str(&format!("{} impacts located in time{why}\n", t.events));
     }

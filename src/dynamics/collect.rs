@@ -157,7 +157,16 @@ impl Interval {
             let cached = cache.find(&contact.key, next);
             let mut now = self.situation(rules, contact, cached, inverse_mass, span);
             now.rates = springs.rates(contact, inverse_mass);
-            match rule(rules, contact, &now) {
+            let choice = rule(rules, contact, &now);
+            let rebounds = match choice {
+                Choice::Inactive => contact.law.restitution() > 0.0,
+                Choice::Deferred => false,
+                Choice::Active(rule) => rule.impact,
+            };
+            if rebounds {
+                into.rebounding.push(index);
+            }
+            match choice {
                 Choice::Inactive => {}
                 Choice::Deferred => into.deferred.push(index),
                 Choice::Active(rule) => {
@@ -184,7 +193,7 @@ impl Interval {
             && (self.roles).swept(contact.rows.bodies, gamma_a, span.step, inverse_mass);
         let located = rules.events || swept;
         // only rebounding and deferred contacts depend on accelerations
-        let bounces = matches!(contact.law, NormalLaw::Rigid { restitution } if restitution > 0.0);
+        let bounces = contact.law.restitution() > 0.0;
         let (mut applied, mut acceleration) = (0.0, 0.0);
         if located || bounces {
             applied = applied_acceleration(contact, &self.accelerations);

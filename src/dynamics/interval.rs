@@ -75,6 +75,8 @@ pub(super) struct Interval {
     pub pairs: Vec<u64>,
     /// Contacts of the detection deferred until they are located in time.
     pub deferred: Vec<usize>,
+    /// Contacts of the detection that rebound, and those that would but are open at the end without impulses.
+    pub rebounding: Vec<usize>,
     /// Joints of the detection whose limit is passed farther than its bend explains.
     pub passed_limits: Vec<usize>,
     /// Pairs that overlapped when first seen; their penetration does not count as an error of the
@@ -104,6 +106,7 @@ pub(super) struct Collected {
     pub warm: Vec<Vec2>,
     pub pairs: Vec<u64>,
     pub deferred: Vec<usize>,
+    pub rebounding: Vec<usize>,
 }
 
 impl Collected {
@@ -129,6 +132,7 @@ impl Collected {
         self.laws.append(&mut next.laws);
         self.warm.append(&mut next.warm);
         self.deferred.append(&mut next.deferred);
+        self.rebounding.append(&mut next.rebounding);
     }
 }
 
@@ -208,6 +212,7 @@ impl Interval {
         std::mem::swap(&mut self.warm, &mut other.warm);
         std::mem::swap(&mut self.pairs, &mut other.pairs);
         std::mem::swap(&mut self.deferred, &mut other.deferred);
+        std::mem::swap(&mut self.rebounding, &mut other.rebounding);
     }
 
     /// Removes all collected blocks.
@@ -219,6 +224,7 @@ impl Interval {
         self.warm.clear();
         self.pairs.clear();
         self.deferred.clear();
+        self.rebounding.clear();
         self.passed_limits.clear();
         self.driven_from = None;
     }

@@ -65,6 +65,7 @@ mod joint_frames;
 mod joint_recovery;
 mod joint_rules;
 mod kinetic;
+mod late_rebounds;
 mod midpoint_gaps;
 mod model;
 mod outcome;
@@ -99,7 +100,7 @@ pub use joint::RowName;
 pub use joint_frames::{Bend, Coordinate, JointFrames};
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
-    JointRow, ModelError, MultibodyModel, NearPair, NormalLaw, Spring,
+    JointRow, ModelError, MultibodyModel, NearPair, NearWanted, NormalLaw, Spring,
 };
 pub use outcome::SolvedProblem;
 pub use phases::{Clock, Phases};

@@ -27,6 +27,16 @@ pub enum NormalLaw {
 }
 
 impl NormalLaw {
+    /// Newton's coefficient of restitution; 0 for laws that have none.
+    pub fn restitution(&self) -> f64 {
+        match *self {
+            NormalLaw::Rigid { restitution } => restitution,
+            NormalLaw::ViscoElastic { .. } | NormalLaw::Load { .. } => 0.0,
+        }
+    }
+}
+
+impl NormalLaw {
     /// How fast the normal force grows with the overlap [N/m]: infinite for a rigid contact, 0 for a
     /// given load.
     pub fn stiffness(&self) -> f64 {
@@ -169,6 +179,16 @@ pub struct NearPair {
     pub restitution: f64,
 }
 
+/// Which pairs of surfaces are wanted in [`Detection::near`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum NearWanted {
+    #[default]
+    None,
+    /// Those with restitution.
+    Rebounding,
+    All,
+}
+
 /// All contacts and joints that a model finds at one configuration, in a fixed order.
 #[derive(Debug, Clone, Default)]
 pub struct Detection {
@@ -177,8 +197,8 @@ pub struct Detection {
     /// Pairs of surfaces, each once; a model may leave it empty. Event location then misses pairs that
     /// show no contact at the midpoint of a step, as corners that pass each other do not.
     pub near: Vec<NearPair>,
-    /// Whether `near` is wanted. Set by the caller.
-    pub wants_near: bool,
+    /// Which pairs `near` is to hold. Set by the caller.
+    pub wants_near: NearWanted,
 }
 
 impl Detection {
@@ -278,6 +298,11 @@ pub trait MultibodyModel {
     /// momentum.
     fn centre(&self, _body: usize) -> Option<Vec2> {
         None
+    }
+
+    /// Half of the least width \[m\] of a body. Infinite, the default, if it is not known.
+    fn half_width(&self, _body: usize) -> f64 {
+        f64::INFINITY
     }
 
     /// Restores a position from [`MultibodyModel::configuration`], bit for bit.

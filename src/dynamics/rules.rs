@@ -253,10 +253,7 @@ pub(super) fn impact_rule(
     gamma: Vec2,
     in_force: f64,
 ) -> Rule {
-    let own = match contact.law {
-        NormalLaw::Rigid { restitution } => restitution,
-        _ => 0.0,
-    };
+    let own = contact.law.restitution();
     let closing = gamma.x < 0.0;
     Rule {
         free: rebound(rules, if closing { in_force } else { own }, gamma),
@@ -282,10 +279,7 @@ pub(super) fn rest_velocity(acceleration: f64, step: f64) -> f64 {
 /// Normal speed \[m/s\] up to which a touching contact is at rest: all bounces that are left take less
 /// than a thousandth of the step.
 pub(super) fn resting_speed(contact: &ContactPoint, acceleration: f64, step: f64) -> f64 {
-    let e = match contact.law {
-        NormalLaw::Rigid { restitution } => restitution,
-        _ => 0.0,
-    };
+    let e = contact.law.restitution();
     1e-3 * (1.0 - e) * rest_velocity(acceleration, step)
 }
 

@@ -11,7 +11,8 @@ use super::gap_resolution::widen_gap_noise;
 use super::interval::Interval;
 use super::joint_recovery::close_rounded;
 use super::kinetic::kinetic;
-use super::model::{Detection, ModelError, MultibodyModel};
+use super::late_rebounds::late_rebounds;
+use super::model::{Detection, ModelError, MultibodyModel, NearWanted};
 use super::pulled_links::{find_links, stiffen};
 use super::record::StepRecord;
 use super::recovery::find_overlaps;
@@ -106,7 +107,10 @@ impl MoreauStepper {
             dt
         };
         self.stiff.clear();
-        self.interval.detection.wants_near = rules.events;
+        self.interval.detection.wants_near = match rules.events {
+            true => NearWanted::All,
+            false => NearWanted::Rebounding,
+        };
         if let Err(error) = self.detect(model, ahead) {
             self.cancel(model);
             return Err(error.into());
@@ -229,7 +233,11 @@ impl MoreauStepper {
             self.solve_again(model, rules, record)?;
         }
         let (mut links, cuts) = self.cut_links(model, rules, dt);
-        let mut clusters = self.locate(model, rules, &cuts, dt)?;
+        let late = match rules.events || !rules.corrects_gaps() {
+            true => Vec::new(),
+            false => late_rebounds(model, &self.interval, &self.solution, &self.inverse_mass),
+        };
+        let mut clusters = self.locate(model, rules, &cuts, &late, dt)?;
         for cut in clusters.iter().filter(|c| !c.links.is_empty()) {
             links.retain(|(body, _)| !cut.bodies.contains(&(*body as u32)));
         }
@@ -289,6 +297,7 @@ impl MoreauStepper {
         widen_gap_noise(interval, self.solver.tolerance, dt);
         interval.first = self.time == 0.0 && rules.corrects_gaps();
         interval.ahead.clear();
+        interval.crowded.clear();
         if interval.first {
             cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
         }
@@ -347,20 +356,27 @@ impl MoreauStepper {
         (links, cuts)
     }
 
-    /// Steps the clusters of bodies that collide within the step, or that `cuts` step in parts.
+    /// Steps the clusters of bodies that collide within the step, `late` ones among them, or that `cuts`
+    /// step in parts.
     fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         rules: &Rules,
         cuts: &[CutLink],
+        late: &[[u32; 2]],
         dt: f64,
     ) -> Result<Vec<Cluster>, StepError> {
-        let clusters = if rules.locates() || !cuts.is_empty() {
+        if !late.is_empty() {
+            find_crowds(&mut self.interval, &self.inverse_mass);
+        }
+        let clusters = if rules.locates() || !cuts.is_empty() || !late.is_empty() {
             let context = Context {
                 main: &self.interval,
                 trial: &self.solution,
                 cache: &self.cache.contacts,
                 cuts,
+                late,
+                misses: false,
                 rules: *rules,
                 inverse_mass: &self.inverse_mass,
                 origin: &self.origin,

@@ -17,8 +17,8 @@ const NAMED: usize = 10;
 /// of the bodies, from their poses alone ([`crate::scene::Built::measure`]), and the energy that
 /// contacts and joints add:
 /// - `overlap`: the worst overlap that lasts [`LASTING`] seconds, over the size of the smaller body;
-/// - `deepest`: the deepest overlap at the end of any step, over the width of the thinner body. Where bodies with
-///   restitution are driven into each other within a step, their impact comes a step late;
+/// - `deepest`: the deepest overlap at the end of any step, over the width of the thinner body. Where many bodies
+///   with restitution are driven into each other within a step, their impact comes a step late;
 /// - `joint_gap`: as `overlap`, for the gaps of pins and welds;
 /// - `passed_through`: pairs of bodies of which one passed through the other;
 /// - `energy`: total energy that rigid contacts, pins, locked axes and limits added to the bodies

@@ -23,7 +23,8 @@
 //! | | `src/dynamics/crowd.rs` | `part_crowd` | answers large islands in motion by sweeps; the step reports how far they are from the rigid law |
 //! | judge | `src/contact/residual.rs` | `natural_map` | the residual that judges all impulses, of every solver |
 //! | move | `src/dynamics/solution.rs` | `Solution` | impulses of all islands and velocities at the end |
-//! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with event location: locates impacts in time, one cluster of bodies after the other |
+//! | | `src/dynamics/late_rebounds.rs` | `late_rebounds` | without event location: finds the rebounds that leave bodies overlapped |
+//! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with event location, and for late rebounds: locates impacts in time, one cluster of bodies after the other |
 //! | | `src/dynamics/recovery.rs` | `part_overlaps` | moves overlapping bodies apart by position |
 //! | record | `src/dynamics/record.rs` | `StepRecord` | the result: one `ContactRecord` per contact, energies, residual, unsolved islands |
 //! | wear | `src/wear/archard.rs` | `LoadSlip` | sums `ContactRecord::load_slip` on the nodes of the cell that detection found |

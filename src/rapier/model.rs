@@ -156,6 +156,18 @@ impl MultibodyModel for RapierModel<'_> {
         Some(body.pose.apply(body.center))
     }
 
+    fn half_width(&self, body: usize) -> f64 {
+        let body = &self.world.bodies[self.bodies.list[body].handle];
+        let own = body.colliders().iter();
+        own.filter_map(|handle| self.world.colliders.get(*handle))
+            .filter(|collider| collider.is_enabled() && !collider.is_sensor())
+            .map(|collider| collider.shape().compute_local_aabb().half_extents())
+            .map(|half| f64::from(half.x.min(half.y)))
+            // a segment has none
+            .filter(|width| *width > 0.0)
+            .fold(f64::INFINITY, f64::min)
+    }
+
     fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
         self.bodies.list[body].pose = Pose64::from_numbers(configuration);
     }

@@ -16,6 +16,7 @@ mod factor_cache;
 mod given_energy;
 mod heaps;
 mod late_overlap;
+mod late_rebounds;
 mod meetings;
 mod momentum;
 mod own_solver;

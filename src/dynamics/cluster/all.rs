@@ -15,6 +15,11 @@ use crate::dynamics::solve::IslandSolver;
 use crate::dynamics::wide_turns::wide_turns;
 use rustc_hash::FxHashSet;
 
+/// Most bodies of a cluster that is stepped again for [`late_rebounds`](crate::dynamics::late_rebounds)
+/// alone. Its impacts, and the work of each, grow with its bodies; in larger ones the position pass moves
+/// apart what the rebounds leave.
+const FEW: usize = 8;
+
 /// Steps every cluster of bodies in which a contact closes, a slide ends
 /// or a contact or link turns too far. `main` is the whole step, `trial` its
 /// solution.
@@ -51,15 +56,17 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     let cut = |c: &CutLink| [c.link.body as u32, NO_BODY];
     crossing.extend(context.cuts.iter().map(cut));
     let mut runner = Runner::default();
-    for near in near_enough(main, trial) {
-        let bodies = movable(near.bodies, context.inverse_mass);
-        let mut moving: Vec<u32> = bodies.into_iter().filter(|b| *b != NO_BODY).collect();
-        moving.sort_unstable();
-        if !moving.is_empty() && runner.meets(model, context, near.surfaces, &moving)? {
-            crossing.push(bodies);
+    if context.rules.events {
+        for near in near_enough(main, trial) {
+            let bodies = movable(near.bodies, context.inverse_mass);
+            let mut moving: Vec<u32> = bodies.into_iter().filter(|b| *b != NO_BODY).collect();
+            moving.sort_unstable();
+            if !moving.is_empty() && runner.meets(model, context, near.surfaces, &moving)? {
+                crossing.push(bodies);
+            }
         }
     }
-    if crossing.is_empty() {
+    if crossing.is_empty() && context.late.is_empty() {
         return Ok(Vec::new());
     }
     // joined bodies belong together, and so do bodies that load each other, in the trial or by rule
@@ -75,13 +82,21 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
         })
         .map(|i| movable(main.blocks[i].bodies, context.inverse_mass))
         .collect();
+    let asked = crossing.len();
+    crossing.extend(context.late);
     let mut done: Vec<Cluster> = Vec::new();
     loop {
-        let groups = group(count, &crossing, &links);
+        let groups = leave_crowds(group(count, &crossing, &links), &mut crossing, asked);
         done.retain(|cluster| groups.contains(&cluster.bodies));
         for bodies in groups {
             if !done.iter().any(|cluster| cluster.bodies == bodies) {
-                done.push(runner.run(model, solver, context, bodies)?);
+                let misses = crossing[asked..].iter().any(|pair| is_of(&bodies, pair));
+                let own = if misses {
+                    &context.with_events()
+                } else {
+                    context
+                };
+                done.push(runner.run(model, solver, own, bodies)?);
             }
         }
         done.sort_by_key(|cluster| cluster.bodies[0]);
@@ -118,6 +133,29 @@ fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32
             bodies
         })
         .collect()
+}
+
+/// Whether a body of the pair is one of these, ascending.
+fn is_of(bodies: &[u32], pair: &[u32; 2]) -> bool {
+    pair.iter().any(|body| bodies.binary_search(body).is_ok())
+}
+
+/// Removes the groups of more than [`FEW`] bodies that hold none of the first `asked` pairs of `crossing`, and
+/// their pairs: late rebounds of crowds.
+fn leave_crowds(
+    groups: Vec<Vec<u32>>,
+    crossing: &mut Vec<[u32; 2]>,
+    asked: usize,
+) -> Vec<Vec<u32>> {
+    let holds = |bodies: &Vec<u32>| crossing[..asked].iter().any(|pair| is_of(bodies, pair));
+    let (left, groups): (Vec<_>, Vec<_>) =
+        (groups.into_iter()).partition(|bodies| bodies.len() > FEW && !holds(bodies));
+    let mut place = 0;
+    crossing.retain(|pair| {
+        place += 1;
+        place <= asked || !left.iter().any(|bodies| is_of(bodies, pair))
+    });
+    groups
 }
 
 /// For each body the number of its cluster, or [`NO_BODY`], and its displacement from the midpoint to the

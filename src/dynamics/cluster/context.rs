@@ -11,6 +11,7 @@ use crate::dynamics::rules::Rules;
 use crate::dynamics::solution::Solution;
 
 /// Data that all clusters of a step share.
+#[derive(Clone, Copy)]
 pub(in crate::dynamics) struct Context<'a> {
     /// The whole step, and its solution without located impacts.
     pub main: &'a Interval,
@@ -18,6 +19,11 @@ pub(in crate::dynamics) struct Context<'a> {
     pub cache: &'a CachedContacts,
     /// Links because of which their islands are stepped in parts.
     pub cuts: &'a [CutLink],
+    /// Movable bodies of the rebounds that leave them overlapped, see
+    /// [`late_rebounds`](crate::dynamics::late_rebounds).
+    pub late: &'a [[u32; 2]],
+    /// Whether the cluster has such a rebound: the trial of the whole step is then no start for it.
+    pub misses: bool,
     pub rules: Rules,
     pub inverse_mass: &'a [Vec3],
     /// Configurations of all bodies at the start of the step.
@@ -25,6 +31,16 @@ pub(in crate::dynamics) struct Context<'a> {
     /// Start and length of the step \[s\].
     pub time: f64,
     pub dt: f64,
+}
+
+impl Context<'_> {
+    /// For a cluster of which the trial misses an impact: all of its impacts are located.
+    pub fn with_events(&self) -> Self {
+        let mut own = *self;
+        own.rules.events = true;
+        own.misses = true;
+        own
+    }
 }
 
 /// The result of a cluster in a step.

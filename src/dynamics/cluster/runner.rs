@@ -11,7 +11,7 @@ use crate::dynamics::cut_links::{CutLink, is_telling, part_length};
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::Interval;
-use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
+use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel, NearWanted};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::pulled_links::find_links;
 use crate::dynamics::record::StepRecord;
@@ -101,8 +101,8 @@ impl Runner {
                 sweeps: context.rules.sweeps && !plain,
                 ..context.rules
             };
-            // the trial of the whole step already gives the path from the start
-            let known = elapsed == 0.0 && !plain;
+            // the trial of the whole step already gives the path from the start, unless it lacks impacts
+            let known = elapsed == 0.0 && !plain && !context.misses;
             let located = context.rules.events;
             let wanted = [
                 known,
@@ -225,7 +225,10 @@ impl Runner {
             interval.roles.clone_from(&context.main.roles);
             let known = &context.main.known_overlaps;
             interval.known_overlaps.clone_from(known);
-            interval.detection.wants_near = context.main.detection.wants_near;
+            interval.detection.wants_near = match context.rules.events {
+                true => NearWanted::All,
+                false => NearWanted::None,
+            };
         }
         self.interval.crowded.clone_from(&context.main.crowded);
         self.landed.clear();

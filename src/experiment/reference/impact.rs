@@ -49,7 +49,9 @@ pub(super) fn bouncing_ball(scene: &Scene, s: &Samples) -> Vec<Measure> {
         let exact = (2.0 * h / g).sqrt() * (1.0 + e) / (1.0 - e);
         out.push(Measure::relative(
             "rest-time",
-            s.settled.unwrap_or(s.time[k + 1]),
+            s.settled
+                .filter(|_| scene.step.events)
+                .unwrap_or(s.time[k + 1]),
             exact,
         ));
     }

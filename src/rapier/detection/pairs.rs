@@ -16,7 +16,7 @@ use super::scratch::{EventContact, Scratch};
 use super::sides::forget_side;
 use super::terms::{Apart, Terms};
 use super::{Present, Span, present, shapes};
-use crate::dynamics::Detection;
+use crate::dynamics::{Detection, NearWanted};
 use crate::rapier::parry::query::{DefaultQueryDispatcher, QueryDispatcher};
 use crate::threads::Threads;
 use rustc_hash::FxHashSet;
@@ -236,6 +236,15 @@ impl Pairs {
     }
 }
 
+/// Whether the caller wants two parts in [`Detection::near`].
+fn is_near_wanted(out: &Detection, [one, two]: [&Leaf; 2]) -> bool {
+    match out.wants_near {
+        NearWanted::None => false,
+        NearWanted::Rebounding => one.surface.restitution_with(&two.surface) > 0.0,
+        NearWanted::All => true,
+    }
+}
+
 /// Everything that the narrow phase reads.
 pub(super) struct Finder<'a> {
     pub colliders: &'a Colliders,
@@ -350,7 +359,7 @@ impl Finder<'_> {
         let Some(bound) = bound else {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         };
-        if out.wants_near && (self.within || bound <= reach) {
+        if (self.within || bound <= reach) && is_near_wanted(out, sides) {
             let setting = self.plain_setting(sides);
             if let Some(near) = self.near(&setting, bodies, bound) {
                 out.add_near(near);
@@ -444,7 +453,10 @@ impl Finder<'_> {
                 true => self.covered(poses, sides, reach, found),
                 false => None,
             };
-            if out.wants_near && !terms.modified && !terms.cells && (self.within || bound <= reach)
+            if !terms.modified
+                && !terms.cells
+                && (self.within || bound <= reach)
+                && is_near_wanted(out, sides)
             {
                 let setting = self.setting(sides, terms, covered);
                 if let Some(near) = self.near(&setting, bodies, bound) {

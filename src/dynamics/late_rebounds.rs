@@ -1,0 +1,53 @@
+//! Rebounds that leave an overlap.
+//!
+//! A contact that rebounds takes part in a step if its bodies would overlap at the end without it, and starts
+//! with the velocities of the step's start. So
+//!
+//! - an impact at `v` may leave an overlap of up to `(1 − e) v Δt/2`;
+//! - a contact that only another impact of the same step closes takes no part. By the next step its bodies
+//!   may be as deep in each other as they move in a step. One problem can't hold both impacts: the second
+//!   rebound needs the velocity that the first one leaves.
+//!
+//! Where such an overlap is no small part of a body, the bodies are stepped again by themselves, with their
+//! impacts located in time.
+
+use super::interval::{Interval, movable};
+use super::model::{ContactPoint, MultibodyModel};
+use super::solution::Solution;
+use crate::contact::{NO_BODY, Vec3};
+
+/// Overlap at the end of a step that is left to the position pass, as a share of half the width of the
+/// thinner body. Less costs more located impacts.
+const LEFT: f64 = 0.05;
+
+/// The movable bodies of the rebounding contacts that are open at the start of the step and overlap at its end.
+/// With the gap `g` of the midpoint that is
+///
+/// ```text
+/// g − Δt γ_A/2 ≥ 0   and   g + Δt γ_E/2 < −δ
+/// ```
+pub(super) fn late_rebounds<M: MultibodyModel + ?Sized>(
+    model: &M,
+    interval: &Interval,
+    solution: &Solution,
+    inverse_mass: &[Vec3],
+) -> Vec<[u32; 2]> {
+    let half = 0.5 * interval.length;
+    let late = |contact: &&ContactPoint| {
+        let gap = |moved: f64| contact.gap + half * moved;
+        let end = gap(contact.rows.velocity(&solution.end).x);
+        let start = gap(-contact.rows.velocity(&interval.start).x);
+        end < 0.0 && start >= -contact.gap_noise && {
+            let bodies = movable(contact.rows.bodies, inverse_mass).into_iter();
+            let widths = bodies
+                .filter(|body| *body != NO_BODY)
+                .map(|body| model.half_width(body as usize));
+            end < -LEFT * widths.fold(f64::INFINITY, f64::min)
+        }
+    };
+    let all = interval.rebounding.iter();
+    all.map(|&index| &interval.detection.contacts[index])
+        .filter(late)
+        .map(|contact| movable(contact.rows.bodies, inverse_mass))
+        .collect()
+}

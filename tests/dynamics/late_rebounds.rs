@@ -1,0 +1,91 @@
+//! Rebounds that would leave bodies overlapped are located in time, without events too.
+
+use crate::common::{Run, parse, run};
+
+/// A light disc in front of a wall, hit by a heavy one, all along x.
+fn hit(speed: f64, restitution: f64, dt: f64, events: bool) -> Run {
+    run(&parse(&format!(
+        "[scene]\nname = \"hit\"\ntitle = \"A disc is hit towards a wall\"\n\
+         [gravity]\ny = 0\n[step]\ntime = 0.3\ndt = {dt:?}\nevents = {events}\n\
+         [[material]]\nname = \"m\"\nfriction = 0\nrestitution = {restitution}\n\
+         [[body]]\nname = \"wall\"\nkind = \"fixed\"\nbox = [1, 4]\nposition = [1.5, 0]\nmaterial = \"m\"\n\
+         [[body]]\nname = \"light\"\ndisc = 0.25\nmass = 1\nposition = [0.749, 0]\nmaterial = \"m\"\n\
+         [[body]]\nname = \"heavy\"\ndisc = 0.25\nmass = 4\nposition = [-1, 0]\nvelocity = [{speed}, 0]\n\
+         material = \"m\"\n"
+    )))
+}
+
+/// Bug: the wall was met a step late, 0.14 m deep at 24 m/s. What is located now is the same as with events.
+#[test]
+fn a_disc_hit_towards_a_wall_is_where_events_find_it() {
+    for (speed, restitution) in [(24.0, 0.8), (24.0, 0.3), (9.0, 0.5), (24.0, 1.0)] {
+        for parts in [60.0, 240.0] {
+            let [plain, exact] =
+                [false, true].map(|events| hit(speed, restitution, 1.0 / parts, events));
+            assert!(plain.totals.events > 0, "{speed}, {restitution}, {parts}");
+            for body in [1, 2] {
+                let [(one, u), (two, v)] = [&plain, &exact].map(|run| run.state(body));
+                let off = (one.translation - two.translation).norm() + (u - v).norm();
+                assert!(off < 1e-9, "{speed}, {restitution}, {parts}: {off}");
+            }
+        }
+    }
+}
+
+/// What is shallow is left to the position pass, and costs nothing.
+#[test]
+fn slow_rebounds_are_not_located() {
+    let slow = hit(4.5, 0.5, 1.0 / 1000.0, false);
+    assert_eq!(slow.totals.events, 0);
+    assert!(slow.records.iter().any(|record| !record.impacts.is_empty()));
+}
+
+/// An impact with restitution `e` at speed `v` left an overlap of up to `(1 − e) v Δt/2`: 3 cm here. The ball
+/// rises as high as with events; before, the height was off by a tenth.
+#[test]
+fn a_fast_impact_leaves_no_overlap() {
+    for step in 0..20 {
+        let height = 3.0 + 0.03 * f64::from(step);
+        let drop = |events: bool| {
+            run(&parse(&format!(
+                "[scene]\nname = \"drop\"\ntitle = \"A ball drops\"\n[step]\ntime = 1.1\n\
+                 events = {events}\n[[material]]\nname = \"m\"\nrestitution = 0.4\n\
+                 [[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [4, 1]\nposition = [0, -0.5]\n\
+                 material = \"m\"\n[[body]]\nname = \"ball\"\ndisc = 0.1\nposition = [0, {height}]\n\
+                 material = \"m\"\n"
+            )))
+        };
+        let [plain, exact] = [false, true].map(drop);
+        let deepest = plain.totals.penetration;
+        // a twentieth of the radius is left to the position pass
+        assert!(deepest <= 0.005, "from {height} m: {deepest}");
+        let [one, two] = [&plain, &exact].map(|run| run.state(1).0.translation.y);
+        assert!((one - two).abs() < 0.02, "from {height} m: {one} for {two}");
+    }
+}
+
+/// In the step of the hit, the impacts of three balls and a wall are located. Those of twenty are too many.
+#[test]
+fn crowds_are_not_located() {
+    let row = |count: usize| {
+        let mut text = String::from(
+            "[scene]\nname = \"row\"\ntitle = \"A row of balls is hit\"\n[gravity]\ny = 0\n[step]\n\
+             time = 0.05\n[[material]]\nname = \"m\"\nfriction = 0\nrestitution = 0.5\n\
+             [[body]]\nname = \"hammer\"\ndisc = 0.1\nmass = 5\nposition = [-0.5, 0]\n\
+             velocity = [20, 0]\nmaterial = \"m\"\n",
+        );
+        for k in 0..count {
+            text += &format!(
+                "[[body]]\nname = \"b{k}\"\ndisc = 0.1\nmass = 1\nposition = [{}, 0]\nmaterial = \"m\"\n",
+                0.2 * k as f64
+            );
+        }
+        text += "[[body]]\nname = \"wall\"\nkind = \"fixed\"\nbox = [1, 1]\nmaterial = \"m\"\n";
+        text += &format!("position = [{}, 0]\n", 0.2 * count as f64 + 0.41);
+        let records = run(&parse(&text)).records;
+        let hit = records.iter().find(|record| !record.impacts.is_empty());
+        hit.unwrap().events
+    };
+    assert!(row(3) > 0);
+    assert_eq!(row(20), 0);
+}
