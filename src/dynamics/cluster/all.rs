@@ -14,6 +14,7 @@ use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 use crate::dynamics::wide_turns::wide_turns;
 use rustc_hash::FxHashSet;
+use std::collections::BTreeMap;
 
 /// Most bodies of a cluster that is stepped again for [`late_rebounds`](crate::dynamics::late_rebounds)
 /// alone. Its impacts, and the work of each, grow with its bodies; in larger ones the position pass moves
@@ -85,11 +86,22 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     let asked = crossing.len();
     crossing.extend(context.late);
     let mut done: Vec<Cluster> = Vec::new();
+    // where the bodies of clusters were before they were stepped
+    let mut middle: BTreeMap<u32, Configuration> = BTreeMap::new();
     loop {
-        let groups = leave_crowds(group(count, &crossing, &links), &mut crossing, asked);
+        let (groups, left) = leave_crowds(group(count, &crossing, &links), &mut crossing, asked);
+        for body in left.iter().flatten() {
+            if let Some(place) = middle.get(body) {
+                model.set_configuration(*body as usize, place);
+            }
+        }
         done.retain(|cluster| groups.contains(&cluster.bodies));
         for bodies in groups {
             if !done.iter().any(|cluster| cluster.bodies == bodies) {
+                for &body in &bodies {
+                    let now = || model.configuration(body as usize);
+                    middle.entry(body).or_insert_with(now);
+                }
                 let misses = crossing[asked..].iter().any(|pair| is_of(&bodies, pair));
                 let own = if misses {
                     &context.with_events()
@@ -140,13 +152,13 @@ fn is_of(bodies: &[u32], pair: &[u32; 2]) -> bool {
     pair.iter().any(|body| bodies.binary_search(body).is_ok())
 }
 
-/// Removes the groups of more than [`FEW`] bodies that hold none of the first `asked` pairs of `crossing`, and
-/// their pairs: late rebounds of crowds.
+/// Takes out the groups of more than [`FEW`] bodies that hold none of the first `asked` pairs of `crossing`, and
+/// their pairs: late rebounds of crowds. Returns the groups that stay, and those that do not.
 fn leave_crowds(
     groups: Vec<Vec<u32>>,
     crossing: &mut Vec<[u32; 2]>,
     asked: usize,
-) -> Vec<Vec<u32>> {
+) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
     let holds = |bodies: &Vec<u32>| crossing[..asked].iter().any(|pair| is_of(bodies, pair));
     let (left, groups): (Vec<_>, Vec<_>) =
         (groups.into_iter()).partition(|bodies| bodies.len() > FEW && !holds(bodies));
@@ -155,7 +167,7 @@ fn leave_crowds(
         place += 1;
         place <= asked || !left.iter().any(|bodies| is_of(bodies, pair))
     });
-    groups
+    (groups, left)
 }
 
 /// For each body the number of its cluster, or [`NO_BODY`], and its displacement from the midpoint to the
