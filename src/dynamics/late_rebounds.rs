@@ -14,7 +14,7 @@
 use super::interval::{Interval, movable};
 use super::model::{ContactPoint, MultibodyModel};
 use super::solution::Solution;
-use crate::contact::{NO_BODY, Vec3};
+use crate::contact::Vec3;
 
 /// Overlap at the end of a step that is left to the position pass, as a share of half the width of the
 /// thinner body. Less costs more located impacts.
@@ -38,11 +38,8 @@ pub(super) fn late_rebounds<M: MultibodyModel + ?Sized>(
         let end = gap(contact.rows.velocity(&solution.end).x);
         let start = gap(-contact.rows.velocity(&interval.start).x);
         end < 0.0 && start >= -contact.gap_noise && {
-            let bodies = movable(contact.rows.bodies, inverse_mass).into_iter();
-            let widths = bodies
-                .filter(|body| *body != NO_BODY)
-                .map(|body| model.half_width(body as usize));
-            end < -LEFT * widths.fold(f64::INFINITY, f64::min)
+            let widths = contact.surfaces.map(|surface| model.half_width(surface));
+            end < -LEFT * widths[0].min(widths[1])
         }
     };
     let all = interval.rebounding.iter();

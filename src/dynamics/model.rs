@@ -300,8 +300,9 @@ pub trait MultibodyModel {
         None
     }
 
-    /// Half of the least width \[m\] of a body. Infinite, the default, if it is not known.
-    fn half_width(&self, _body: usize) -> f64 {
+    /// Half of the least width \[m\] of what has a surface, by its number in [`ContactPoint::surfaces`].
+    /// Infinite, the default, if it is not known, or if it has none as a segment has.
+    fn half_width(&self, _surface: u32) -> f64 {
         f64::INFINITY
     }
 

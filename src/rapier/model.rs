@@ -156,16 +156,15 @@ impl MultibodyModel for RapierModel<'_> {
         Some(body.pose.apply(body.center))
     }
 
-    fn half_width(&self, body: usize) -> f64 {
-        let body = &self.world.bodies[self.bodies.list[body].handle];
-        let own = body.colliders().iter();
-        own.filter_map(|handle| self.world.colliders.get(*handle))
-            .filter(|collider| collider.is_enabled() && !collider.is_sensor())
-            .map(|collider| collider.shape().compute_local_aabb().half_extents())
-            .map(|half| f64::from(half.x.min(half.y)))
-            // a segment has none
-            .filter(|width| *width > 0.0)
-            .fold(f64::INFINITY, f64::min)
+    fn half_width(&self, surface: u32) -> f64 {
+        let Some((collider, _)) = self.world.colliders.get_unknown_gen(surface) else {
+            return f64::INFINITY;
+        };
+        let half = collider.shape().compute_local_aabb().half_extents();
+        match f64::from(half.x.min(half.y)) {
+            width if width > 0.0 => width,
+            _ => f64::INFINITY,
+        }
     }
 
     fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
