@@ -75,7 +75,7 @@ pub(super) struct Interval {
     pub pairs: Vec<u64>,
     /// Contacts of the detection deferred until they are located in time.
     pub deferred: Vec<usize>,
-    /// Contacts of the detection that rebound, and those that would but are open at the end without impulses.
+    /// Contacts of the detection with restitution that rebound in the interval, or take no part in it.
     pub rebounding: Vec<usize>,
     /// Joints of the detection whose limit is passed farther than its bend explains.
     pub passed_limits: Vec<usize>,

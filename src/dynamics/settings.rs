@@ -21,8 +21,9 @@ const WHY: &str = if cfg!(feature = "parallel") {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepperSettings {
     pub scheme: Scheme,
-    /// Whether impacts and the ends of slides are located in time inside the step; needs
-    /// [`Scheme::Staggered`].
+    /// Whether all impacts and ends of slides are located in time inside the step; needs
+    /// [`Scheme::Staggered`]. Without, only impacts of bodies with CCD or that are fast, and rebounds that would
+    /// leave a few bodies overlapped.
     pub events: bool,
     /// The impact law; the published scheme has no energy bound.
     pub impact_law: ImpactLaw,

@@ -109,7 +109,8 @@ impl MoreauStepper {
         self.stiff.clear();
         self.interval.detection.wants_near = match rules.events {
             true => NearWanted::All,
-            false => NearWanted::Rebounding,
+            false if rules.corrects_gaps() => NearWanted::Rebounding,
+            false => NearWanted::None,
         };
         if let Err(error) = self.detect(model, ahead) {
             self.cancel(model);
@@ -376,7 +377,7 @@ impl MoreauStepper {
                 cache: &self.cache.contacts,
                 cuts,
                 late,
-                misses: false,
+                has_late: false,
                 rules: *rules,
                 inverse_mass: &self.inverse_mass,
                 origin: &self.origin,

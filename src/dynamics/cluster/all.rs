@@ -1,6 +1,7 @@
 //! Which bodies form clusters, and which clusters run into other bodies.
 
 use super::context::{Cluster, Context};
+use super::counts::FEW;
 use super::runner::Runner;
 use super::slides::ended_slides;
 use super::watched::{is_crowded, near_enough, way};
@@ -16,16 +17,12 @@ use crate::dynamics::wide_turns::wide_turns;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
 
-/// Most bodies of a cluster that is stepped again for [`late_rebounds`](crate::dynamics::late_rebounds)
-/// alone. Its impacts, and the work of each, grow with its bodies; in larger ones the position pass moves
-/// apart what the rebounds leave.
-const FEW: usize = 8;
-
-/// Steps every cluster of bodies in which a contact closes, a slide ends
+/// Steps every cluster of bodies in which a contact closes or rebounds late, a slide ends
 /// or a contact or link turns too far. `main` is the whole step, `trial` its
 /// solution.
 ///
-/// A cluster that would hit a body outside is merged with that body's cluster and restarted.
+/// A cluster that would hit a body outside is merged with that body's cluster and restarted; or left to the
+/// trial, if it is stepped for late rebounds alone and grows too large.
 pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     model: &mut M,
     solver: &mut IslandSolver,
@@ -102,11 +99,10 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     let now = || model.configuration(body as usize);
                     middle.entry(body).or_insert_with(now);
                 }
-                let misses = crossing[asked..].iter().any(|pair| is_of(&bodies, pair));
-                let own = if misses {
-                    &context.with_events()
-                } else {
-                    context
+                let late = crossing[asked..].iter().any(|pair| is_of(&bodies, pair));
+                let own = match late && bodies.len() <= FEW {
+                    true => &context.with_events(),
+                    false => context,
                 };
                 done.push(runner.run(model, solver, own, bodies)?);
             }
@@ -212,11 +208,17 @@ fn meetings<M: MultibodyModel + ?Sized>(
 ) -> Result<Vec<[u32; 2]>, StepError> {
     let (main, mut met) = (context.main, Vec::new());
     let (owner, moved) = paths(done, context);
+    // without events the pairs are near those that rebound late
+    let located = |body: u32| {
+        let of = |cluster: &Cluster| cluster.located;
+        done.get(owner[body as usize] as usize).is_some_and(of)
+    };
     let known: FxHashSet<[u32; 2]> = main.detection.contacts.iter().map(|c| c.surfaces).collect();
     for near in &main.detection.near {
         let [a, b] = movable(near.bodies, context.inverse_mass);
         if a == NO_BODY
             || b == NO_BODY
+            || !located(a) && !located(b)
             || owner[a as usize] == owner[b as usize]
             || known.contains(&near.surfaces)
             || is_crowded(main, near)

@@ -23,7 +23,7 @@ pub(in crate::dynamics) struct Context<'a> {
     /// [`late_rebounds`](crate::dynamics::late_rebounds).
     pub late: &'a [[u32; 2]],
     /// Whether the cluster has such a rebound: the trial of the whole step is then no start for it.
-    pub misses: bool,
+    pub has_late: bool,
     pub rules: Rules,
     pub inverse_mass: &'a [Vec3],
     /// Configurations of all bodies at the start of the step.
@@ -34,11 +34,11 @@ pub(in crate::dynamics) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// For a cluster of which the trial misses an impact: all of its impacts are located.
+    /// For a cluster with a late rebound: all of its impacts are located.
     pub fn with_events(&self) -> Self {
         let mut own = *self;
         own.rules.events = true;
-        own.misses = true;
+        own.has_late = true;
         own
     }
 }
@@ -55,6 +55,8 @@ pub(in crate::dynamics) struct Cluster {
     pub reserves: Vec<f64>,
     pub record: StepRecord,
     pub contacts: CachedContacts,
+    /// Whether all its impacts were located.
+    pub located: bool,
     /// Landings that take another step.
     pub landings: Vec<Landing>,
     /// Joints of the detection whose gaps the last interval left to be closed by position.
@@ -93,6 +95,7 @@ impl Cluster {
             reserves: Vec::new(),
             record: StepRecord::default(),
             contacts: CachedContacts::default(),
+            located: false,
             landings: Vec::new(),
             unclosed: Vec::new(),
             links: Vec::new(),

@@ -1,7 +1,13 @@
 //! How often a cluster is stopped in a step, and when that is often enough.
 
+/// Most bodies of a cluster of which all impacts are located for its
+/// [`late_rebounds`](crate::dynamics::late_rebounds). The impacts, and the work of each, grow with the bodies;
+/// in larger ones the position pass moves apart what the rebounds leave.
+pub(super) const FEW: usize = 8;
+
 /// Most rebounds of a pair in a cluster in a step; then the plain rule steps the rest. A cluster of several
-/// pairs may have as many for each, up to [`LANDINGS`].
+/// pairs may have as many for each, up to [`LANDINGS`]; one of up to [`FEW`] bodies, whose impacts are cheap, has
+/// these at once: a light body between two heavy ones hits them many times before it gets away.
 const EVENTS: usize = 4;
 /// Most impacts without rebound. After one of them the contact stays closed, so that they come to an
 /// end by themselves; the plain rule would leave an overlap where one closes in the first half of
@@ -43,6 +49,16 @@ impl Counts {
         }
     }
 
+    /// Begins to count impacts anew.
+    pub fn forget_impacts(&mut self) {
+        let (stops, turns) = (self.stops, self.turns);
+        *self = Counts {
+            stops,
+            turns,
+            ..Counts::new()
+        };
+    }
+
     /// Whether a slide may end an interval.
     pub fn may_stop(&self) -> bool {
         self.stops < STOPS
@@ -62,7 +78,10 @@ impl Counts {
         [lone, rebounds]: [bool; 2],
     ) -> bool {
         if !lone {
-            self.limit = (EVENTS * bodies / 2).clamp(EVENTS, LANDINGS);
+            self.limit = match bodies <= FEW {
+                true => LANDINGS,
+                false => (EVENTS * bodies / 2).clamp(EVENTS, LANDINGS),
+            };
         }
         match rebounds {
             _ if self.last == Some(surfaces) => self.again += 1,

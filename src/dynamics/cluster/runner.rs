@@ -93,17 +93,13 @@ impl Runner {
         self.restore(model);
         let mut cluster = Cluster::of(bodies);
         let mut counts = Counts::new();
-        let (mut elapsed, mut plain) = (0.0, false);
+        let (mut elapsed, mut rules) = (0.0, context.rules);
+        let located = context.rules.events;
+        cluster.located = located;
         loop {
             let rest = Rest::of(context, elapsed);
-            let rules = Rules {
-                events: context.rules.events && !plain,
-                sweeps: context.rules.sweeps && !plain,
-                ..context.rules
-            };
-            // the trial of the whole step already gives the path from the start, unless it lacks impacts
-            let known = elapsed == 0.0 && !plain && !context.misses;
-            let located = context.rules.events;
+            // the trial of the whole step already gives the path from the start
+            let known = elapsed == 0.0 && rules == context.rules && !context.has_late;
             let wanted = [
                 known,
                 located && counts.may_stop(),
@@ -149,16 +145,19 @@ impl Runner {
                     }
                     let rest = Rest::of(context, elapsed);
                     let hit = (key, pair.surfaces);
-                    plain = self.strike(model, solver, context, hit, rest, &cluster, &mut counts);
+                    if self.strike(model, solver, context, hit, rest, &cluster, &mut counts) {
+                        rules = self.plainer(rules);
+                        counts.forget_impacts();
+                    }
                 }
                 Sought::Open(time) if counts.may_turn() => {
                     counts.turns += 1;
                     elapsed += time;
                     self.go_on(model, context, elapsed, &mut cluster);
                 }
-                // no contact closes in fact: step the rest by the plain rule
+                // no contact closes in fact
                 _ => {
-                    plain = true;
+                    rules = self.plainer(rules);
                     self.restore(model);
                 }
             }
@@ -168,6 +167,16 @@ impl Runner {
             model.set_configuration(b as usize, place);
         }
         Ok(cluster)
+    }
+
+    /// The rules for the rest of a step in which impacts are too many to be located, or none is found: first
+    /// those of a step without events, in which fast bodies are still swept, then those without sweeps.
+    fn plainer(&self, rules: Rules) -> Rules {
+        Rules {
+            events: false,
+            sweeps: rules.events && !self.interval.roles.sweeps.is_empty(),
+            ..rules
+        }
     }
 
     /// Completes a cluster at the end of the step.

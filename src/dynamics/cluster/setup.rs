@@ -26,7 +26,11 @@ impl Runner {
         let found = &context.main.detection;
         let contacts = found.contacts.iter();
         let contacts = contacts.map(|c| (c.rows.bodies, Some(c.surfaces)));
-        let near = found.near.iter().map(|n| (n.bodies, Some(n.surfaces)));
+        let near = match context.rules.events {
+            true => found.near.as_slice(),
+            false => &[],
+        };
+        let near = near.iter().map(|n| (n.bodies, Some(n.surfaces)));
         let joints = found.joints.iter().map(|j| (j.rows.bodies, None));
         for (sides, surfaces) in contacts.chain(near).chain(joints) {
             if !belongs(sides, Some(&self.members), context.inverse_mass) {
@@ -64,8 +68,13 @@ impl Runner {
             }
         }
         let members = Some(self.members.as_slice());
-        let near = main.detection.near.iter();
-        let near = near.filter(|n| belongs(n.bodies, members, context.inverse_mass));
+        let near = match context.rules.events {
+            true => main.detection.near.as_slice(),
+            false => &[],
+        };
+        let near = near
+            .iter()
+            .filter(|n| belongs(n.bodies, members, context.inverse_mass));
         interval.detection.near.extend(near);
         self.kept.clear();
         for (i, block) in main.blocks.iter().enumerate() {
