@@ -164,7 +164,12 @@ fn watch(summary: &Value, stage: &Stage) -> Watch {
     let share = check("imbalance", "value").filter(|share| *share > 0.0);
     let energy = worst.zip(share).map(|(worst, share)| worst / share);
     let imbalance = check("imbalance", "limit").zip(energy);
+    let deepest = check("deepest", "time_s").filter(|_| !held("deepest"));
+    let passages = summary["verdict"]["passed_through"].as_array();
+    let passages = passages.into_iter().flatten();
+    let passages = passages.filter_map(|passage| passage["time_s"].as_f64());
     Watch {
+        moments: deepest.into_iter().chain(passages).collect(),
         bounded: held("bounded"),
         overlap: overlap.unwrap_or(f64::INFINITY),
         lasting: LASTING,

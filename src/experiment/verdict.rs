@@ -52,6 +52,9 @@ pub struct Check {
     pub value: f64,
     pub limit: f64,
     pub held: bool,
+    /// End of the step with that value \[s\], of `deepest`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
     /// Explanation for the sentence of the verdict if the value exceeds its limit.
     #[serde(skip)]
     why: String,
@@ -214,13 +217,16 @@ impl Judge {
         });
         checks.add("overlap", ratio, self.limits.overlap, of);
         let deepest = built.deepest_overlap();
-        let of = deepest.map_or(String::new(), |deepest| {
-            let (share, time) = (100.0 * deepest.ratio, deepest.step as f64 * self.dt);
-            let both = names(deepest.bodies);
+        let at = deepest.map(|deepest| deepest.step as f64 * self.dt);
+        let of = deepest.zip(at).map_or(String::new(), |(deepest, time)| {
+            let (share, both) = (100.0 * deepest.ratio, names(deepest.bodies));
             format!("{both} overlap by {share:.0} % of the thinner one's width at {time:.4} s")
         });
         let ratio = deepest.map_or(0.0, |deepest| deepest.ratio);
         checks.add("deepest", ratio, self.limits.deepest, of);
+        if let Some(check) = checks.0.last_mut() {
+            check.time_s = at;
+        }
     }
 
     fn check_joints(&self, checks: &mut Checks) {
@@ -287,6 +293,7 @@ impl Checks {
             value,
             limit,
             held: value <= limit,
+            time_s: None,
             why,
         });
     }

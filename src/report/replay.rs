@@ -21,8 +21,10 @@ const BOUNDED: u8 = 8;
 const PACKED: usize = 5;
 
 /// Limits above which a step is marked on the time bar.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Watch {
+    /// Ends of steps \[s\] that are marked as overlaps in any case.
+    pub moments: Vec<f64>,
     /// Whether problems that are bounded, not certified, are within the limit of the verdict.
     pub bounded: bool,
     /// Penetration \[m\], and how long it must last \[s\].
@@ -65,8 +67,8 @@ pub struct Replay {
     impacts: Vec<usize>,
     /// Impacts that had no room.
     impacts_left_out: usize,
-    /// Pieces of equal length of the time bar, a hexadecimal digit each: the sum of 1 failed, 2 lasting
-    /// overlap, 4 energy balance, and of [`BOUNDED`].
+    /// Pieces of equal length of the time bar, a hexadecimal digit each: the sum of 1 failed, 2
+    /// overlap that lasts or is too deep, or a passage, 4 energy balance, and of [`BOUNDED`].
     red: String,
     /// What the bodies need of the plane in all frames.
     pub view: View,
@@ -347,6 +349,11 @@ impl Shown {
             }
             if rows.number(imbalance).abs() > watch.imbalance {
                 mark(from, to, 4);
+            }
+            // times are sums of steps, or multiples
+            let within = |time: &f64| (from..to).contains(&(time - 1e-9 * to));
+            if watch.moments.iter().any(within) {
+                mark(from, to, 2);
             }
             // an overlap counts once it has lasted, as in the verdict
             let deep = rows.number(overlap) > watch.overlap;

@@ -176,6 +176,42 @@ fn a_run_that_did_not_hold_says_so_first() {
     );
 }
 
+/// The step with the deepest overlap and the steps with passages are red too, if the scene did not hold for them.
+#[test]
+fn moments_that_the_verdict_names_are_red() {
+    let place = Place::new();
+    // a light disc in front of a wall, hit by a heavy one: the published rule sees the wall a step late
+    place.write(
+        "late.toml",
+        "[scene]\nname = \"late\"\ntitle = \"Late\"\n[gravity]\ny = 0\n[step]\ntime = 0.5\n\
+         scheme = \"moreau\"\n[[material]]\nname = \"m\"\nfriction = 0\nrestitution = 0.8\n\
+         [[body]]\nname = \"wall\"\nkind = \"fixed\"\nbox = [1, 4]\nposition = [1.5, 0]\n\
+         material = \"m\"\n[[body]]\nname = \"light\"\ndisc = 0.25\nmass = 1\n\
+         position = [0.749, 0]\nmaterial = \"m\"\n[[body]]\nname = \"heavy\"\ndisc = 0.25\n\
+         mass = 4\nposition = [-1, 0]\nvelocity = [18, 0]\nmaterial = \"m\"\n",
+    );
+    let marked = |more: &[&str]| {
+        let (_, data) = page(&place, &[&["late.toml"], more].concat());
+        let red = data["red"].as_str().unwrap();
+        let places: Vec<f64> = red
+            .match_indices('2')
+            .map(|(k, _)| k as f64 / 1000.0)
+            .collect();
+        let summary = place.json("r/summary.json");
+        let checks = summary["verdict"]["checks"].as_array().unwrap();
+        let deepest = checks.iter().find(|check| check["name"] == "deepest");
+        (places, deepest.unwrap()["time_s"].as_f64().unwrap())
+    };
+    let (red, at) = marked(&[]);
+    let step = at - 1.0 / 60.0 - 2e-3..at;
+    assert!(
+        red.len() > 10 && red.iter().all(|time| step.contains(time)),
+        "{at}: {red:?}"
+    );
+    let (red, _) = marked(&["--set", "verdict.deepest=1"]);
+    assert!(red.is_empty(), "{red:?}");
+}
+
 /// Bug: problems that are bounded within the limit of the verdict were red beside "Nothing must be done".
 #[test]
 fn what_the_verdict_allows_is_not_red() {
