@@ -99,10 +99,10 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     let now = || model.configuration(body as usize);
                     middle.entry(body).or_insert_with(now);
                 }
-                let late = crossing[asked..].iter().any(|pair| is_of(&bodies, pair));
-                let own = match late && bodies.len() <= FEW {
-                    true => &context.with_events(),
-                    false => context,
+                // a swept body must be met where the trial meets it
+                let own = match crossing[..asked].iter().any(|pair| is_of(&bodies, pair)) {
+                    true => context,
+                    false => &context.with_events(),
                 };
                 done.push(runner.run(model, solver, own, bodies)?);
             }
