@@ -122,3 +122,24 @@ fn a_cluster_that_grows_too_large_is_left_as_it_was() {
     .unwrap();
     assert!(struck > 1);
 }
+
+/// A slider with restitution is met at its side by a real step, at any phase of the time step.
+#[test]
+fn a_real_step_stops_what_rebounds() {
+    for (height, phase) in [1e-4, 1e-2]
+        .into_iter()
+        .flat_map(|h| (0..8).map(move |p| (h, p)))
+    {
+        let x = -1.0 - 8.0 / 60.0 * f64::from(phase) / 7.0;
+        let slid = run(&parse(&format!(
+            "[scene]\nname = \"step\"\ntitle = \"A slider meets a step\"\n[step]\ntime = 0.2\n\
+             [[material]]\nname = \"m\"\nfriction = 0\nrestitution = 0.3\n\
+             [[body]]\nname = \"low\"\nkind = \"fixed\"\nbox = [20, 1]\nposition = [-10, -0.5]\n\
+             [[body]]\nname = \"high\"\nkind = \"fixed\"\nbox = [20, 1]\nposition = [10, {}]\n\
+             [[body]]\nname = \"slider\"\nbox = [0.4, 0.4]\nposition = [{x}, 0.2]\nvelocity = [8, 0]\n",
+            height - 0.5
+        )));
+        let (_, velocity) = slid.state(2);
+        assert!(velocity.x < 4.8, "{height} m, phase {phase}: {velocity:?}");
+    }
+}
