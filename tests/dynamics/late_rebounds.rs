@@ -123,23 +123,42 @@ fn a_cluster_that_grows_too_large_is_left_as_it_was() {
     assert!(struck > 1);
 }
 
-/// A slider with restitution is met at its side by a real step, at any phase of the time step.
+/// A slider with restitution is met at its side by a real step, at any speed and phase of the time step.
+///
+/// Bug: a cluster with a late rebound looked for its contacts anew, without following fast parts to where they first
+/// touch. At 3 to 6 m/s boxes and polygons slid on over a step of 0.1 to 10 mm, with exit code 0.
 #[test]
 fn a_real_step_stops_what_rebounds() {
-    for (height, phase) in [1e-4, 1e-2]
-        .into_iter()
-        .flat_map(|h| (0..8).map(move |p| (h, p)))
-    {
-        let x = -1.0 - 8.0 / 60.0 * f64::from(phase) / 7.0;
-        let slid = run(&parse(&format!(
-            "[scene]\nname = \"step\"\ntitle = \"A slider meets a step\"\n[step]\ntime = 0.2\n\
-             [[material]]\nname = \"m\"\nfriction = 0\nrestitution = 0.3\n\
-             [[body]]\nname = \"low\"\nkind = \"fixed\"\nbox = [20, 1]\nposition = [-10, -0.5]\n\
-             [[body]]\nname = \"high\"\nkind = \"fixed\"\nbox = [20, 1]\nposition = [10, {}]\n\
-             [[body]]\nname = \"slider\"\nbox = [0.4, 0.4]\nposition = [{x}, 0.2]\nvelocity = [8, 0]\n",
-            height - 0.5
-        )));
-        let (_, velocity) = slid.state(2);
-        assert!(velocity.x < 4.8, "{height} m, phase {phase}: {velocity:?}");
+    let shapes = [
+        "box = [0.4, 0.4]",
+        "polygon = [[-0.3, -0.2], [0.3, -0.2], [0.3, 0.1], [0.2, 0.2], [-0.3, 0.2]]",
+    ];
+    let mut located = 0;
+    for (shape, restitution) in shapes.into_iter().flat_map(|s| [0.1, 0.3].map(|e| (s, e))) {
+        for (speed, height) in [3.0, 5.0, 6.0, 8.0]
+            .into_iter()
+            .flat_map(|v| [1e-4, 1e-2].map(|h| (v, h)))
+        {
+            for phase in 0..5 {
+                let x = -1.0 - speed / 60.0 * f64::from(phase) / 5.0;
+                let slid = run(&parse(&format!(
+                    "[scene]\nname = \"step\"\ntitle = \"A slider meets a step\"\n\
+                     [step]\ntime = {}\n[[material]]\nname = \"m\"\nfriction = 0\n\
+                     restitution = {restitution}\n[[body]]\nname = \"low\"\nkind = \"fixed\"\n\
+                     box = [20, 1]\nposition = [-10, -0.5]\n[[body]]\nname = \"high\"\n\
+                     kind = \"fixed\"\nbox = [20, 1]\nposition = [10, {}]\n[[body]]\n\
+                     name = \"slider\"\n{shape}\nposition = [{x}, 0.2]\nvelocity = [{speed}, 0]\n",
+                    1.6 / speed,
+                    height - 0.5
+                )));
+                located += slid.totals.events;
+                let (_, velocity) = slid.state(2);
+                assert!(
+                    velocity.x < 0.6 * speed,
+                    "{shape}, {restitution}, {speed} m/s, {height} m, phase {phase}: {velocity:?}"
+                );
+            }
+        }
     }
+    assert!(located > 0);
 }

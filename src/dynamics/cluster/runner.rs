@@ -377,6 +377,13 @@ impl Runner {
             model.shift(b as usize, &u, 0.5 * span.length);
         }
         interval.detect_pairs(model, &self.pairs, context.dt)?;
+        if context.has_late && span.length == context.dt {
+            // those of the whole step follow fast parts to where they first touch
+            let contacts = &mut interval.detection.contacts;
+            let of = |c: &&ContactPoint| self.pairs.binary_search(&c.surfaces).is_ok();
+            contacts.clear();
+            contacts.extend(context.main.detection.contacts.iter().filter(of));
+        }
         let cache = self.own_contacts.as_ref().unwrap_or(context.cache);
         let w = context.inverse_mass;
         interval.apply_forces(model, w, at + 0.5 * span.length);
