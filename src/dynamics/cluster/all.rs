@@ -80,18 +80,25 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
         })
         .map(|i| movable(main.blocks[i].bodies, context.inverse_mass))
         .collect();
-    let asked = crossing.len();
+    let mut asked = vec![false; count];
+    for &body in crossing.iter().flatten().filter(|b| **b != NO_BODY) {
+        asked[body as usize] = true;
+    }
+    let is_asked = |bodies: &[u32]| bodies.iter().any(|b| asked[*b as usize]);
     crossing.extend(context.late);
     let mut done: Vec<Cluster> = Vec::new();
     // where the bodies of clusters were before they were stepped
     let mut middle: BTreeMap<u32, Configuration> = BTreeMap::new();
     loop {
-        let (groups, left) = leave_crowds(group(count, &crossing, &links), &mut crossing, asked);
+        let crowd = |bodies: &Vec<u32>| bodies.len() > FEW && !is_asked(bodies);
+        let (left, groups): (Vec<_>, Vec<_>) =
+            (group(count, &crossing, &links).into_iter()).partition(crowd);
         for body in left.iter().flatten() {
             if let Some(place) = middle.get(body) {
                 model.set_configuration(*body as usize, place);
             }
         }
+        crossing.retain(|pair| !left.iter().any(|bodies| is_of(bodies, pair)));
         done.retain(|cluster| groups.contains(&cluster.bodies));
         for bodies in groups {
             if !done.iter().any(|cluster| cluster.bodies == bodies) {
@@ -100,7 +107,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     middle.entry(body).or_insert_with(now);
                 }
                 // a swept body must be met where the trial meets it
-                let own = match crossing[..asked].iter().any(|pair| is_of(&bodies, pair)) {
+                let own = match is_asked(&bodies) {
                     true => context,
                     false => &context.with_events(),
                 };
@@ -146,24 +153,6 @@ fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32
 /// Whether a body of the pair is one of these, ascending.
 fn is_of(bodies: &[u32], pair: &[u32; 2]) -> bool {
     pair.iter().any(|body| bodies.binary_search(body).is_ok())
-}
-
-/// Takes out the groups of more than [`FEW`] bodies that hold none of the first `asked` pairs of `crossing`, and
-/// their pairs: late rebounds of crowds. Returns the groups that stay, and those that do not.
-fn leave_crowds(
-    groups: Vec<Vec<u32>>,
-    crossing: &mut Vec<[u32; 2]>,
-    asked: usize,
-) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
-    let holds = |bodies: &Vec<u32>| crossing[..asked].iter().any(|pair| is_of(bodies, pair));
-    let (left, groups): (Vec<_>, Vec<_>) =
-        (groups.into_iter()).partition(|bodies| bodies.len() > FEW && !holds(bodies));
-    let mut place = 0;
-    crossing.retain(|pair| {
-        place += 1;
-        place <= asked || !left.iter().any(|bodies| is_of(bodies, pair))
-    });
-    (groups, left)
 }
 
 /// For each body the number of its cluster, or [`NO_BODY`], and its displacement from the midpoint to the
