@@ -34,9 +34,7 @@ impl NormalLaw {
             NormalLaw::ViscoElastic { .. } | NormalLaw::Load { .. } => 0.0,
         }
     }
-}
 
-impl NormalLaw {
     /// How fast the normal force grows with the overlap [N/m]: infinite for a rigid contact, 0 for a
     /// given load.
     pub fn stiffness(&self) -> f64 {
@@ -301,7 +299,7 @@ pub trait MultibodyModel {
     }
 
     /// Half of the least width \[m\] of what has a surface, by its number in [`ContactPoint::surfaces`].
-    /// Infinite, the default, if it is not known, or if it has none as a segment has.
+    /// Infinite, the default, if it is not known, or if there is none, as of a segment or of terrain.
     fn half_width(&self, _surface: u32) -> f64 {
         f64::INFINITY
     }

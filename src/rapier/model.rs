@@ -4,6 +4,7 @@ use super::bodies::Bodies;
 use super::detection::{Detector, Hooks};
 use super::engine::prelude::*;
 use super::joints::Joints;
+use super::shadow::thickness;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::ContactRecord;
 use crate::dynamics::{
@@ -160,11 +161,16 @@ impl MultibodyModel for RapierModel<'_> {
         let Some((collider, _)) = self.world.colliders.get_unknown_gen(surface) else {
             return f64::INFINITY;
         };
-        let half = collider.shape().compute_local_aabb().half_extents();
-        match f64::from(half.x.min(half.y)) {
-            width if width > 0.0 => width,
-            _ => f64::INFINITY,
-        }
+        let body = collider.parent().and_then(|h| self.world.bodies.get(h));
+        let width = match body.is_some_and(|body| body.is_dynamic()) {
+            true => {
+                let half = collider.shape().compute_local_aabb().half_extents();
+                f64::from(half.x.min(half.y))
+            }
+            // infinite for meshes: terrain may be flat
+            false => thickness(collider.shape()),
+        };
+        if width > 0.0 { width } else { f64::INFINITY }
     }
 
     fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
