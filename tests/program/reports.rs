@@ -325,8 +325,7 @@ fn impacts_located_by_sweeps_are_told_apart() {
     place.write("shot.toml", BULLET);
     let (code, out, err) = place.run(&["run", "shot.toml", "--steps", "5"]);
     assert_eq!(code, 0, "{err}");
-    let told =
-        "1 impacts located in time without --events: those of bodies with continuous collision";
+    let told = "1 impacts located in time without --events: those of fast bodies and of bodies with continuous";
     assert!(out.contains(told), "{out}");
     let (_, out, _) = place.run(&["run", "shot.toml", "--steps", "5", "--events"]);
     assert!(out.contains("impacts located in time\n"), "{out}");
