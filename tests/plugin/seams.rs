@@ -305,46 +305,64 @@ fn nothing_catches_on_a_seam_as_it_lands() {
     }
 }
 
-/// A step up of 0.1 mm and of 0.01 mm, at seven phases of the step, stops a slider: it is met at its
-/// side.
+/// Speed of a slider after a step up in its floor, at a phase of the step of time; the step is 1 m ahead at most.
+fn after_a_step(kind: &str, speed: f64, height: f64, dt: f64, phase: f64) -> f64 {
+    let mut world = PhysicsWorld::new();
+    for (x, up) in [(-10.0, 0.0), (10.0, height)] {
+        world.insert(
+            RigidBodyBuilder::fixed().translation(at(x, up - 0.5)),
+            ColliderBuilder::cuboid(10.0, 0.5).friction(0.0),
+        );
+    }
+    let body = RigidBodyBuilder::dynamic()
+        .translation(at(-1.0 - speed * dt * phase, 0.2))
+        .linvel(at(speed, 0.0));
+    let (handle, _) = world.insert(body, slider(kind).mass(1.0).friction(0.0));
+    let settings = MoreauSettings {
+        dt: Some(dt),
+        ..MoreauSettings::default()
+    };
+    let mut pipeline = MoreauPipeline::new(settings).unwrap();
+    for _ in 0..(1.6 / (speed * dt)).ceil() as usize {
+        pipeline.step(&mut world).unwrap();
+    }
+    pipeline.velocity(handle).unwrap().x
+}
+
+/// A step up of 0.1 mm and of 0.01 mm, at seven phases of the step of time, stops a slider: it is met at its side.
 #[test]
 fn a_real_step_stops() {
-    let steps = [1e-4, 1e-5]
-        .into_iter()
-        .flat_map(|h| [30.0, 60.0].map(|n| (h, 1.0 / n)));
-    let all = steps.flat_map(|(h, dt)| ["box", "polygon", "parts"].map(|k| (h, dt, k)));
-    for (height, dt, kind) in all {
-        for phase in 0..7 {
-            let mut world = PhysicsWorld::new();
-            let floor = || ColliderBuilder::cuboid(10.0, 0.5).friction(0.0);
-            world.insert(
-                RigidBodyBuilder::fixed().translation(at(-10.0, -0.5)),
-                floor(),
-            );
-            world.insert(
-                RigidBodyBuilder::fixed().translation(at(10.0, height - 0.5)),
-                floor(),
-            );
-            let x = -1.0 - SPEED * dt * f64::from(phase) / 7.0;
-            let body = RigidBodyBuilder::dynamic()
-                .translation(at(x, 0.2))
-                .linvel(at(SPEED, 0.0));
-            let (handle, _) = world.insert(body, slider(kind).mass(1.0).friction(0.0));
-            let settings = MoreauSettings {
-                dt: Some(dt),
-                ..MoreauSettings::default()
-            };
-            let mut pipeline = MoreauPipeline::new(settings).unwrap();
-            for _ in 0..12 {
-                pipeline.step(&mut world).unwrap();
+    for kind in ["box", "polygon", "parts"] {
+        for height in [1e-4, 1e-5] {
+            for (dt, phase) in phases(&[1.0 / 30.0, 1.0 / 60.0], 7) {
+                let u = after_a_step(kind, SPEED, height, dt, phase);
+                let what = format!("{kind}, {height} m, {dt} s, phase {phase}: {u} m/s");
+                assert!(u < 0.6 * SPEED, "{what}");
             }
-            let u = pipeline.velocity(handle).unwrap().x;
-            assert!(
-                u < 0.6 * SPEED,
-                "{kind}, {height} m, {dt} s, phase {phase}: {u} m/s"
-            );
         }
     }
+}
+
+/// Bug: a box that moved by more than half its size in a step slid on over a step up of 1 cm. It is inside the
+/// raised box by less than a tenth of its own size at the midpoint, where the direction of least depth is up.
+#[test]
+fn a_real_step_stops_what_moves_by_half_its_size() {
+    for kind in ["box", "polygon"] {
+        for height in [1e-4, 1e-2] {
+            for (speed, phase) in phases(&[12.0, 20.0, 24.0, 30.0, 40.0], 10) {
+                let u = after_a_step(kind, speed, height, 1.0 / 60.0, phase);
+                let what = format!("{kind}, {height} m, {speed} m/s, phase {phase}: {u} m/s");
+                assert!(u < 0.6 * speed, "{what}");
+            }
+        }
+    }
+}
+
+/// Each value with each of some phases of a step.
+fn phases(values: &[f64], count: u32) -> Vec<(f64, f64)> {
+    let all = (0..count).map(|k| f64::from(k) / f64::from(count));
+    all.flat_map(|phase| values.iter().map(move |v| (*v, phase)))
+        .collect()
 }
 
 /// Bug: a joint that disables the contacts of two bodies switched off, for all others, the rule that breaks

@@ -111,4 +111,10 @@ impl<'a> Couple<'a> {
         let far = found.iter().map(|t| t.point.amax()).fold(far, f64::max);
         (1e-7 * self.size()).max(4.0 * f64::from(f32::EPSILON) * far)
     }
+
+    /// Whether the parts overlap and move so far in a step \[s\] that they may have passed each other before
+    /// its midpoint. The direction of least depth then tells nothing.
+    pub fn may_have_passed(&self, step: f64, noise: f64, found: &[Touch]) -> bool {
+        self.speed() * step > 0.5 * self.size() && found.iter().any(|touch| touch.gap < -noise)
+    }
 }

@@ -27,12 +27,6 @@ pub(super) const AHEAD: f64 = 2.0;
 /// that flies past corners higher up meets what it meets.
 pub(super) const FLUSH: f64 = 1e-3;
 
-/// Whether two parts that move by `motion` \[m\] in a step may have passed each other before its midpoint:
-/// sweeps handle these. `size` \[m\] is that of the smaller one.
-fn passed(motion: f64, size: f64, noise: f64, found: &[Touch]) -> bool {
-    motion > 0.5 * size && found.iter().any(|touch| touch.gap < -noise)
-}
-
 impl Finder<'_> {
     /// Replaces the contacts of two moving parts if the parts meet along another direction than that
     /// of the contacts.
@@ -56,7 +50,7 @@ impl Finder<'_> {
         // a contact may have the wrong direction if it may close while forces accelerate the bodies,
         // or if it overlapped at the start of the step
         let noise = couple.noise(found);
-        if passed(motion, size, noise, found) {
+        if couple.may_have_passed(dt, noise, found) {
             return;
         }
         let misled = |t: &Touch| {

@@ -1,8 +1,8 @@
 //! Contacts of fast parts, found where they first touch in a step.
 //!
 //! At the midpoint of a step a fast part may already be deep inside another, or beyond it. Its
-//! direction of least depth then points anywhere, and one-sided segments show it their back. Such
-//! parts are followed from the start of the step by conservative advancement: a lower bound of their
+//! direction of least depth then points anywhere, and one-sided segments show it their back. Of one that slid
+//! far over a low step in a floor, it points up: the step would lift it. Such parts are followed from the start of the step by conservative advancement: a lower bound of their
 //! distance over their closing speed is a time in which they cannot meet. The contacts of the instant
 //! at which they touch are then moved to the midpoint,
 //!
@@ -16,6 +16,7 @@ use super::super::kernels::{Core, Part, Sight, Touch, touches, with_axes};
 use super::couple::Couple;
 use super::pairs::Finder;
 use crate::contact::Vec2;
+use crate::dynamics::Pose64;
 
 /// Depth at the midpoint, as a share of the thinner part, up to which the midpoint's contacts hold.
 /// Half of it is the depth at which the nearest surface may be that of the far side.
@@ -76,9 +77,17 @@ impl Finder<'_> {
         found: &mut Vec<Touch>,
     ) -> bool {
         let Couple { parts, bodies, .. } = *couple;
-        let half = 0.5 * self.step;
-        let stride = (0.5 * shallow).max(speed * half / MOST);
+        let (half, noise) = (0.5 * self.step, couple.noise(found));
         let touching = 1e-2 * shallow;
+        let finest = speed * half / MOST;
+        let stride = finest.max(0.5 * shallow);
+        // chains choose among their own faces
+        let is_chain = |i: usize| {
+            matches!(parts[i].core, Core::Edge(_)) && (bodies[i].immovable || parts[i].is_sheet())
+        };
+        let chain = is_chain(0) || is_chain(1);
+        let passed = !chain && couple.may_have_passed(self.step, noise, found);
+        let flush = if chain { touching } else { noise };
         let mut early = Vec::new();
         let mut time = 0.0;
         while time < half {
@@ -103,32 +112,54 @@ impl Finder<'_> {
                 touch.gap += rest * touch.normal.dot(&(u2 - u1));
                 touch.point += 0.5 * rest * (u1 + u2);
             }
-            if early.iter().any(|touch| touch.gap < -shallow) {
-                // the midpoint tells the gap exactly, if it tells the direction
-                let agrees = |touch: &Touch| touch.normal.dot(&early[0].normal) > NEARLY;
-                if !found.is_empty() && found.iter().all(agrees) {
-                    return false;
-                }
-                // parts that slide along each other meet at the corners of a seam, and pass it
-                let now = couple.poses();
-                let view = (early[0].normal, Some(&sight));
-                let passes = with_axes(parts, &poses, view, |axes| {
-                    // a sheet has no depth
-                    let most = if axes.with_sheet() { touching } else { shallow };
-                    axes.all().any(|axis| {
-                        let apart = |at| axes.separation(at, axes.direction(at, axis));
-                        apart(&poses) >= -touching && apart(&now) >= -most
-                    })
-                });
-                if passes == Some(true) {
+            // the midpoint tells the gap exactly, if it tells the direction
+            let told = !found.is_empty() && agree(&early, found);
+            let closes = |depth: f64| early.iter().any(|touch| touch.gap < -depth);
+            if closes(shallow) || passed && closes(noise) && !told {
+                let depths = [flush, touching, shallow];
+                if told || slides_past(couple, &poses, early[0].normal, depths) {
                     return false;
                 }
                 std::mem::swap(found, &mut early);
                 return true;
             }
             early.clear();
-            time += ((bound - touching) / speed).max(stride / speed);
+            // the first contact tells the direction of those that may have passed
+            let least = match passed && bound > touching {
+                true => finest,
+                false => stride,
+            };
+            // near enough for the touching contacts to be found there
+            time += (bound - 0.5 * touching).max(least) / speed;
         }
         false
     }
+}
+
+/// Whether all `found` contacts have about the direction of the `early` ones.
+fn agree(early: &[Touch], found: &[Touch]) -> bool {
+    let agrees = |touch: &Touch| touch.normal.dot(&early[0].normal) > NEARLY;
+    early.is_empty() || found.iter().all(agrees)
+}
+
+/// Whether parts that touch at the `poses` with a `normal` slide along each other, and pass: they then meet at
+/// the corners of a seam. Depths \[m\] along another direction: `flush` at these poses, and at the midpoint
+/// the `shallow` one, or of a sheet, which has no depth, the `touching` one.
+fn slides_past(
+    couple: &Couple,
+    poses: &[Pose64; 2],
+    normal: Vec2,
+    [flush, touching, shallow]: [f64; 3],
+) -> bool {
+    let (now, sight) = (couple.poses(), Sight::default());
+    let passes = with_axes(couple.parts, poses, (normal, Some(&sight)), |axes| {
+        let most = if axes.with_sheet() { touching } else { shallow };
+        axes.all().any(|axis| {
+            let apart = |at| axes.separation(at, axes.direction(at, axis));
+            axes.direction(poses, axis).dot(&normal) <= NEARLY
+                && apart(poses) >= -flush
+                && apart(&now) >= -most
+        })
+    });
+    passes == Some(true)
 }
