@@ -367,7 +367,10 @@ impl MoreauStepper {
         late: &[[u32; 2]],
         dt: f64,
     ) -> Result<Vec<Cluster>, StepError> {
-        if !late.is_empty() {
+        let contacts = &self.interval.detection.contacts;
+        let rebounds = |i: &usize| contacts[*i].law.restitution() > 0.0;
+        // those clusters are stepped with events
+        if !rules.events && (!late.is_empty() || self.solution.deferred.iter().any(rebounds)) {
             find_crowds(&mut self.interval, &self.inverse_mass);
         }
         let clusters = if rules.locates() || !cuts.is_empty() || !late.is_empty() {
@@ -377,7 +380,7 @@ impl MoreauStepper {
                 cache: &self.cache.contacts,
                 cuts,
                 late,
-                has_late: false,
+                anew: false,
                 rules: *rules,
                 inverse_mass: &self.inverse_mass,
                 origin: &self.origin,

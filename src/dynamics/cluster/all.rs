@@ -30,13 +30,12 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
 ) -> Result<Vec<Cluster>, StepError> {
     let (main, trial) = (context.main, context.trial);
     let count = main.start.len();
-    let mut crossing: Vec<[u32; 2]> = trial
-        .deferred
-        .iter()
-        .map(|&i| &main.detection.contacts[i])
+    let deferred = trial.deferred.iter().map(|&i| &main.detection.contacts[i]);
+    let deferred: Vec<&ContactPoint> = deferred
         .filter(|c| crossing(main, trial, c, context.dt).is_some() || may_close(main, trial, c))
-        .map(|contact| movable(contact.rows.bodies, context.inverse_mass))
         .collect();
+    let bodies = |contact: &ContactPoint| movable(contact.rows.bodies, context.inverse_mass);
+    let mut crossing: Vec<[u32; 2]> = deferred.iter().map(|c| bodies(c)).collect();
     if context.rules.events {
         let slides = ended_slides(main, trial, context.dt, |_| true);
         crossing.extend(
@@ -80,17 +79,26 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
         })
         .map(|i| movable(main.blocks[i].bodies, context.inverse_mass))
         .collect();
-    let mut asked = vec![false; count];
-    for &body in crossing.iter().flatten().filter(|b| **b != NO_BODY) {
-        asked[body as usize] = true;
-    }
-    let is_asked = |bodies: &[u32]| bodies.iter().any(|b| asked[*b as usize]);
+    let flags = |pairs: &[[u32; 2]]| {
+        let mut flags = vec![false; count];
+        for &body in pairs.iter().flatten().filter(|b| **b != NO_BODY) {
+            flags[body as usize] = true;
+        }
+        flags
+    };
+    let asked = flags(&crossing);
+    // what rebounds may be thrown into another body in the same step
+    let rebounds = deferred.iter().filter(|c| c.law.restitution() > 0.0);
+    let mut rebounding: Vec<[u32; 2]> = rebounds.map(|c| bodies(c)).collect();
+    rebounding.extend(context.late);
+    let rebounding = flags(&rebounding);
     crossing.extend(context.late);
+    let any = |bodies: &[u32], flags: &[bool]| bodies.iter().any(|b| flags[*b as usize]);
     let mut done: Vec<Cluster> = Vec::new();
     // where the bodies of clusters were before they were stepped
     let mut middle: BTreeMap<u32, Configuration> = BTreeMap::new();
     loop {
-        let crowd = |bodies: &Vec<u32>| bodies.len() > FEW && !is_asked(bodies);
+        let crowd = |bodies: &Vec<u32>| bodies.len() > FEW && !any(bodies, &asked);
         let (left, groups): (Vec<_>, Vec<_>) =
             (group(count, &crossing, &links).into_iter()).partition(crowd);
         for body in left.iter().flatten() {
@@ -106,10 +114,10 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     let now = || model.configuration(body as usize);
                     middle.entry(body).or_insert_with(now);
                 }
-                // a swept body must be met where the trial meets it
-                let own = match is_asked(&bodies) {
-                    true => context,
-                    false => &context.with_events(),
+                let plain = context.rules.events || bodies.len() > FEW;
+                let own = match !plain && any(&bodies, &rebounding) {
+                    true => &context.with_events(),
+                    false => context,
                 };
                 done.push(runner.run(model, solver, own, bodies)?);
             }

@@ -22,8 +22,9 @@ pub(in crate::dynamics) struct Context<'a> {
     /// Movable bodies of the rebounds that leave them overlapped, see
     /// [`late_rebounds`](crate::dynamics::late_rebounds).
     pub late: &'a [[u32; 2]],
-    /// Whether the cluster has such a rebound: the trial of the whole step is then no start for it.
-    pub has_late: bool,
+    /// Whether all impacts of the cluster are located although the step is one without events: the trial of the
+    /// whole step is then no start for it.
+    pub anew: bool,
     pub rules: Rules,
     pub inverse_mass: &'a [Vec3],
     /// Configurations of all bodies at the start of the step.
@@ -34,11 +35,11 @@ pub(in crate::dynamics) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// For a cluster with a late rebound: all of its impacts are located.
+    /// For a small cluster with a swept or a late rebound: all of its impacts are located.
     pub fn with_events(&self) -> Self {
         let mut own = *self;
         own.rules.events = true;
-        own.has_late = true;
+        own.anew = true;
         own
     }
 }

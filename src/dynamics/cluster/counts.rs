@@ -1,6 +1,6 @@
 //! How often a cluster is stopped in a step, and when that is often enough.
 
-/// Most bodies of a cluster of which all impacts are located for its
+/// Most bodies of a cluster of which all impacts are located for a swept body that rebounds, or for its
 /// [`late_rebounds`](crate::dynamics::late_rebounds). The impacts, and the work of each, grow with the bodies;
 /// in larger ones the position pass moves apart what the rebounds leave.
 pub(super) const FEW: usize = 8;

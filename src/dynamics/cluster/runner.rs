@@ -99,7 +99,7 @@ impl Runner {
         loop {
             let rest = Rest::of(context, elapsed);
             // the trial of the whole step already gives the path from the start
-            let known = elapsed == 0.0 && rules == context.rules && !context.has_late;
+            let known = elapsed == 0.0 && rules == context.rules && !context.anew;
             let wanted = [
                 known,
                 located && counts.may_stop(),
@@ -377,7 +377,7 @@ impl Runner {
             model.shift(b as usize, &u, 0.5 * span.length);
         }
         interval.detect_pairs(model, &self.pairs, context.dt)?;
-        if context.has_late && span.length == context.dt {
+        if context.anew && span.length == context.dt {
             // those of the whole step follow fast parts to where they first touch
             let contacts = &mut interval.detection.contacts;
             let of = |c: &&ContactPoint| self.pairs.binary_search(&c.surfaces).is_ok();
