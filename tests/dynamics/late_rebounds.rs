@@ -4,6 +4,39 @@ use crate::common::{Run, parse, run};
 use moreau2d::experiment::{Engine, simulate};
 use moreau2d::scene::Scene;
 
+/// Restitution, radius \[m\], place and speed of the first disc, mass, place and speed of the second, place and
+/// speed of the third: found by chance.
+const CHATTERS: [(f64, f64, [f64; 2], [f64; 3], [f64; 2]); 4] = [
+    (
+        0.5,
+        0.02,
+        [-0.05526, 9.4608],
+        [0.3, -0.11617, 4.7304],
+        [-0.20416, 11.6398],
+    ),
+    (
+        0.8,
+        0.02,
+        [-0.12221, 8.6999],
+        [0.3, -0.22399, 4.3499],
+        [-0.33336, 18.3732],
+    ),
+    (
+        0.8,
+        0.05,
+        [-0.21482, 18.6924],
+        [0.3, -0.41950, 9.3462],
+        [-0.58438, 39.8109],
+    ),
+    (
+        0.5,
+        0.05,
+        [-0.08343, 20.2953],
+        [3.0, -0.19847, 10.1477],
+        [-0.45053, 46.7814],
+    ),
+];
+
 /// A light disc in front of a wall, hit by a heavy one, all along x.
 fn hit(speed: f64, restitution: f64, dt: f64, events: bool) -> Run {
     run(&parse(&format!(
@@ -53,6 +86,28 @@ fn what_a_wall_throws_back_is_where_events_find_it() {
             let off = (one.translation - two.translation).norm() + (u - v).norm();
             assert!(off < 1e-9, "{speed}, {restitution}, body {body}: {off}");
         }
+    }
+}
+
+/// Bug: a light disc between a heavy one and a wall hits both ever faster. After the last rebound that was located
+/// the discs passed each other, or the wall.
+#[test]
+fn rebounds_that_never_end_become_plastic() {
+    for (e, r, [x1, v1], [m2, x2, v2], [x3, v3]) in CHATTERS {
+        let run = run(&parse(&format!(
+            "[scene]\nname = \"chatter\"\ntitle = \"Three discs before a wall\"\n\
+             [gravity]\ny = 0\n[step]\ntime = 0.08\n\
+             [[material]]\nname = \"m\"\nfriction = 0\nrestitution = {e}\n\
+             [[body]]\nname = \"wall\"\nkind = \"fixed\"\nbox = [0.01, 4]\n\
+             [[body]]\nname = \"b\"\ndisc = {r}\nmass = 1\nposition = [{x1}, 0]\nvelocity = [{v1}, 0]\n\
+             [[body]]\nname = \"l\"\ndisc = {r}\nmass = {m2}\nposition = [{x2}, 0]\nvelocity = [{v2}, 0]\n\
+             [[body]]\nname = \"h\"\ndisc = {r}\nmass = 10\nposition = [{x3}, 0]\nvelocity = [{v3}, 0]\n"
+        )));
+        let x = [1, 2, 3].map(|body| run.state(body).0.translation.x);
+        let apart = (-0.005 - r - x[0])
+            .min(x[0] - x[1] - 2.0 * r)
+            .min(x[1] - x[2] - 2.0 * r);
+        assert!(apart > -0.2 * r, "{x1}: {apart} m, {x:?}");
     }
 }
 

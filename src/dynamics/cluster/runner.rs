@@ -2,7 +2,7 @@
 
 use super::bounce::Bounce;
 use super::context::{Cluster, Context, Rest};
-use super::counts::Counts;
+use super::counts::{Counts, FEW};
 use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
 use crate::contact::{Law, Vec2};
@@ -11,12 +11,14 @@ use crate::dynamics::cut_links::{CutLink, is_telling, part_length};
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::Interval;
-use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel, NearWanted};
+use crate::dynamics::model::{
+    Configuration, ContactKey, ContactPoint, MultibodyModel, NearWanted, NormalLaw,
+};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::pulled_links::find_links;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::recording::{forces_work, record_interval, working_velocities};
-use crate::dynamics::rules::{Rules, Span};
+use crate::dynamics::rules::{ImpactLaw, Rules, Span};
 use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
@@ -63,8 +65,19 @@ pub(super) struct Runner {
     /// The cluster's own contact cache, after its first interval.
     pub own_contacts: Option<CachedContacts>,
     pub record: StepRecord,
+    /// Whether no contact rebounds any more in the step: there were too many rebounds.
+    pub plastic: bool,
     /// Its links because of which it is stepped in parts.
     cuts: Vec<CutLink>,
+}
+
+/// Makes all contacts plastic, those that open too.
+pub(super) fn forget_restitution(contacts: &mut [ContactPoint]) {
+    for contact in contacts {
+        if let NormalLaw::Rigid { restitution } = &mut contact.law {
+            *restitution = 0.0;
+        }
+    }
 }
 
 /// Configurations of some bodies.
@@ -146,7 +159,12 @@ impl Runner {
                     let rest = Rest::of(context, elapsed);
                     let hit = (key, pair.surfaces);
                     if self.strike(model, solver, context, hit, rest, &cluster, &mut counts) {
-                        rules = self.plainer(rules);
+                        // the uniform law is one of a single coefficient
+                        let uniform = rules.law == ImpactLaw::Uniform;
+                        match self.plastic || uniform || cluster.bodies.len() > FEW {
+                            true => rules = self.plainer(rules),
+                            false => self.plastic = true,
+                        }
                         counts.forget_impacts();
                     }
                 }
@@ -243,6 +261,7 @@ impl Runner {
         self.landed.clear();
         self.held.clear();
         self.bounced = None;
+        self.plastic = false;
         self.own_contacts = None;
         let cuts = context.cuts.iter().filter(|c| self.members[c.link.body]);
         self.cuts = cuts.copied().collect();
@@ -383,6 +402,9 @@ impl Runner {
             let of = |c: &&ContactPoint| self.pairs.binary_search(&c.surfaces).is_ok();
             contacts.clear();
             contacts.extend(context.main.detection.contacts.iter().filter(of));
+        }
+        if self.plastic {
+            forget_restitution(&mut interval.detection.contacts);
         }
         let cache = self.own_contacts.as_ref().unwrap_or(context.cache);
         let w = context.inverse_mass;

@@ -1,7 +1,7 @@
 //! Finds when and where the next pair of a cluster closes.
 
 use super::context::{Context, Rest};
-use super::runner::{Runner, start_of};
+use super::runner::{Runner, forget_restitution, start_of};
 use super::watched::{Pair, Sought};
 use crate::contact::NO_BODY;
 use crate::dynamics::events::{crossing, touch_tolerance};
@@ -344,6 +344,9 @@ impl Runner {
             .clone_from(&self.interval.accelerations);
         model.set_velocities(&instant.start);
         instant.detect_pairs(model, &self.pairs, context.dt)?;
+        if self.plastic {
+            forget_restitution(&mut instant.detection.contacts);
+        }
         let instant = &self.instant;
         let of = |c: &ContactPoint| {
             let closing = -c.rows.velocity(&instant.start).x;
