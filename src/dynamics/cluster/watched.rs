@@ -117,7 +117,9 @@ pub(super) fn kept(interval: &Interval, solution: &Solution, i: usize, step: f64
     let contact = &interval.detection.contacts[index];
     let touch = touch_tolerance(contact, interval, step);
     let loaded = solution.impulses[i] != Vec2::zeros();
-    (!solution.deferred.contains(&index)).then_some(Kept {
+    // the rule does nothing about what overlaps and slides
+    let idle = !loaded && !block.continues && contact.gap < -touch;
+    (!idle && !solution.deferred.contains(&index)).then_some(Kept {
         key: contact.key,
         surfaces: contact.surfaces,
         touch,
