@@ -52,15 +52,20 @@ pub(super) fn turned_impacts<M: MultibodyModel + ?Sized>(
         };
         let half = model.half_width(contact.surfaces[side]);
         let is_disc = |c: &ContactPoint| c.rows.jacobian[side][0].z.abs() <= CENTRAL * half;
-        let way = 0.5 * h * contact.rows.velocity(&interval.start).y.abs();
+        // of its centre along the surface: its spin turns no normal
+        let start = &interval.start;
+        let spin = contact.rows.jacobian[side][1].z * start[body as usize].z;
+        let way = 0.5 * h * (contact.rows.velocity(start).y - spin).abs();
         if !half.is_finite() || !is_disc(contact) || way < TURN * half {
             continue;
         }
         let place = |b: u32| origin.get(b as usize).copied();
-        let found = detect_at(model, &[contact.surfaces], vec![body], place, h)?;
+        let both = contact.rows.bodies.into_iter().filter(|b| *b != NO_BODY);
+        let found = detect_at(model, &[contact.surfaces], both.collect(), place, h)?;
         let turned = |c: &ContactPoint| c.normal.dot(&contact.normal) < TURN.cos();
         let open = |c: &ContactPoint| c.gap > c.gap_noise;
-        if found.contacts.iter().all(|c| open(c) && turned(c)) {
+        let mut found = found.contacts.iter();
+        if found.len() > 0 && found.all(|c| open(c) && turned(c)) {
             all.push(pair);
         }
     }

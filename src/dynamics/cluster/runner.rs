@@ -24,6 +24,10 @@ use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
 use crate::threads::Threads;
 
+/// So many last impacts in less than this share of a step look endless.
+const LAST: usize = 8;
+const CHATTER: f64 = 1.0 / 32.0;
+
 /// What ends an interval.
 pub(super) enum Next {
     /// A pair closes.
@@ -65,6 +69,10 @@ pub(super) struct Runner {
     /// The cluster's own contact cache, after its first interval.
     pub own_contacts: Option<CachedContacts>,
     pub record: StepRecord,
+    /// Whether nothing has happened in the step so far: the interval of all of it starts as the trial does.
+    fresh: bool,
+    /// Times of the impacts in the step \[s\].
+    struck: Vec<f64>,
     /// Whether no contact rebounds any more in the step: there were too many rebounds.
     pub plastic: bool,
     /// Its links because of which it is stepped in parts.
@@ -112,7 +120,7 @@ impl Runner {
         loop {
             let rest = Rest::of(context, elapsed);
             // the trial of the whole step already gives the path from the start
-            let known = elapsed == 0.0 && rules == context.rules && !context.anew;
+            let known = self.fresh && rules == context.rules && !context.anew;
             let wanted = [
                 known,
                 located && counts.may_stop(),
@@ -159,11 +167,10 @@ impl Runner {
                     let rest = Rest::of(context, elapsed);
                     let hit = (key, pair.surfaces);
                     if self.strike(model, solver, context, hit, rest, &cluster, &mut counts) {
-                        // the uniform law is one of a single coefficient
-                        let uniform = rules.law == ImpactLaw::Uniform;
-                        match self.plastic || uniform || cluster.bodies.len() > FEW {
-                            true => rules = self.plainer(rules),
-                            false => self.plastic = true,
+                        match !self.plastic && self.chatters(context, &rules, cluster.bodies.len())
+                        {
+                            true => self.plastic = true,
+                            false => rules = self.plainer(rules),
                         }
                         counts.forget_impacts();
                     }
@@ -185,6 +192,20 @@ impl Runner {
             model.set_configuration(b as usize, place);
         }
         Ok(cluster)
+    }
+
+    /// Whether the impacts of a few bodies follow each other so fast that they look endless. What rebounds without
+    /// loss comes to an end; and the uniform law is one of a single coefficient.
+    fn chatters(&self, context: &Context, rules: &Rules, bodies: usize) -> bool {
+        let [before, last] = [LAST, 1].map(|k| self.struck.len().checked_sub(k));
+        let [Some(before), Some(last)] = [before, last] else {
+            return false;
+        };
+        let contacts = &self.instant.detection.contacts;
+        rules.law != ImpactLaw::Uniform
+            && bodies <= FEW
+            && contacts.iter().all(|c| c.law.restitution() < 1.0)
+            && self.struck[last] - self.struck[before] < CHATTER * context.dt
     }
 
     /// The rules for the rest of a step in which impacts are too many to be located, or none is found: first
@@ -235,6 +256,8 @@ impl Runner {
         let rebounds = self.instant.blocks.iter().any(|b| b.impact);
         // what no impulses solve closes all the same, and would do so for ever
         let many = counts.impact(surfaces, bodies, [lone, rebounds]);
+        self.fresh = false;
+        self.struck.push(rest.at);
         self.settle_hit(model, context);
         self.hold_landed();
         self.here = places(model, &self.moved);
@@ -262,6 +285,8 @@ impl Runner {
         self.held.clear();
         self.bounced = None;
         self.plastic = false;
+        self.fresh = true;
+        self.struck.clear();
         self.own_contacts = None;
         let cuts = context.cuts.iter().filter(|c| self.members[c.link.body]);
         self.cuts = cuts.copied().collect();
@@ -396,7 +421,7 @@ impl Runner {
             model.shift(b as usize, &u, 0.5 * span.length);
         }
         interval.detect_pairs(model, &self.pairs, context.dt)?;
-        if context.anew && span.length == context.dt {
+        if context.anew && self.fresh && span.length == context.dt {
             // those of the whole step follow fast parts to where they first touch
             let contacts = &mut interval.detection.contacts;
             let of = |c: &&ContactPoint| self.pairs.binary_search(&c.surfaces).is_ok();
@@ -453,6 +478,7 @@ impl Runner {
         elapsed: f64,
         cluster: &mut Cluster,
     ) {
+        self.fresh = false;
         self.settle(model, context, false);
         self.record_last(context, context.time + elapsed, cluster);
         // tension that is gone for a moment may come back within the step
