@@ -20,7 +20,7 @@ const TURN: f64 = 0.02;
 /// Lever arm of a normal force about a disc's centre, as a share of half its width.
 const CENTRAL: f64 = 1e-9;
 
-/// The movable bodies of these contacts, of discs that come down on bodies that cannot move: what was open at the
+/// The movable bodies of these contacts, of discs that come down on bodies that stay where they are: what was open at the
 /// start, and is loaded or overlaps at the midpoint. There the bodies are; `origin` is where they started.
 ///
 /// # Errors
@@ -50,18 +50,22 @@ pub(super) fn turned_impacts<M: MultibodyModel + ?Sized>(
             [body, NO_BODY] if body != NO_BODY => (0, body),
             _ => continue,
         };
+        // what moves as prescribed would have another corner at the start
+        let start = &interval.start;
+        let other = start.get(contact.rows.bodies[1 - side] as usize);
+        if other.is_some_and(|u| *u != Vec3::zeros()) {
+            continue;
+        }
         let half = model.half_width(contact.surfaces[side]);
         let is_disc = |c: &ContactPoint| c.rows.jacobian[side][0].z.abs() <= CENTRAL * half;
         // of its centre along the surface: its spin turns no normal
-        let start = &interval.start;
         let spin = contact.rows.jacobian[side][1].z * start[body as usize].z;
         let way = 0.5 * h * (contact.rows.velocity(start).y - spin).abs();
         if !half.is_finite() || !is_disc(contact) || way < TURN * half {
             continue;
         }
         let place = |b: u32| origin.get(b as usize).copied();
-        let both = contact.rows.bodies.into_iter().filter(|b| *b != NO_BODY);
-        let found = detect_at(model, &[contact.surfaces], both.collect(), place, h)?;
+        let found = detect_at(model, &[contact.surfaces], vec![body], place, h)?;
         let turned = |c: &ContactPoint| c.normal.dot(&contact.normal) < TURN.cos();
         let open = |c: &ContactPoint| c.gap > c.gap_noise;
         let mut found = found.contacts.iter();
