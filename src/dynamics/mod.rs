@@ -90,7 +90,6 @@ mod step_results;
 mod stepper;
 mod surface_point;
 mod thread_pool;
-mod turned_impacts;
 mod visco_elastic;
 mod wide_turns;
 mod working_set;
