@@ -19,7 +19,7 @@ const LOCK: &str = "lock";
 const DONE: &str = "done";
 const STATE: &str = "state";
 /// Version of the content of these files.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 /// Time between two checkpoints: at least this, and [`SHARE`] times what the last one took. What a run
 /// computes does not depend on when it saves: the first bounds what is lost, the second what it costs.
 const LEAST: Duration = Duration::from_secs(1);

@@ -27,6 +27,9 @@ pub struct PowerBudget {
     /// Taken by friction in contacts that stick: their slip counts as 0 in the friction above and in the wear,
     /// while the point of contact of a body that rolls changes its velocity within a step.
     pub sticking: f64,
+    /// Taken from the motion of islands whose contacts had given back more than they took, see
+    /// [`StepEnergy::returned`](crate::dynamics::record::StepEnergy::returned).
+    pub returned: f64,
     /// Kinetic energy that the crop carries away beyond what it brought.
     pub crop: f64,
     /// Bending of the crop: dissipated and stored.
@@ -52,6 +55,7 @@ impl PowerBudget {
         self.bending += strip.bending;
         self.parting += strip.parting;
         self.sticking -= record.energy.contact_t;
+        self.returned -= record.energy.returned;
         for contact in &record.contacts {
             let (friction, normal) = match world.part(contact) {
                 Some(Part::Tooth(_)) => (&mut self.friction_teeth, &mut self.normal_teeth),
@@ -80,6 +84,7 @@ impl PowerBudget {
             friction_crop: scale * self.friction_crop,
             normal_crop: scale * self.normal_crop,
             sticking: scale * self.sticking,
+            returned: scale * self.returned,
             crop: scale * self.crop,
             bending: scale * self.bending,
             parting: scale * self.parting,
@@ -88,7 +93,7 @@ impl PowerBudget {
     }
 
     /// Every term with its name and the sign it has in the sum.
-    pub(super) fn terms(&self) -> [(&'static str, f64); 16] {
+    pub(super) fn terms(&self) -> [(&'static str, f64); 17] {
         [
             ("drive", self.drive),
             ("feeder", self.feeder),
@@ -102,6 +107,7 @@ impl PowerBudget {
             ("friction of grains on grains", -self.friction_crop),
             ("normal losses of grains on grains", -self.normal_crop),
             ("contacts that stick", -self.sticking),
+            ("given back by contacts", -self.returned),
             ("carried away by the crop", -self.crop),
             ("bending of the crop", -self.bending),
             ("parting of the crop", -self.parting),
