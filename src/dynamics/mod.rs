@@ -90,6 +90,7 @@ mod step_results;
 mod stepper;
 mod surface_point;
 mod thread_pool;
+mod turned_impacts;
 mod visco_elastic;
 mod wide_turns;
 mod working_set;

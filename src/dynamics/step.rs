@@ -21,6 +21,7 @@ use super::roles::BodyRoles;
 use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
 use super::stepper::MoreauStepper;
+use super::turned_impacts::turned_impacts;
 use crate::contact::Vec3;
 use std::borrow::Cow;
 
@@ -238,6 +239,7 @@ impl MoreauStepper {
         if !rules.events && rules.corrects_gaps() {
             let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
             late = late_rebounds(model, interval, solution, w);
+            late.extend(turned_impacts(model, interval, solution, w, &self.origin)?);
         }
         let mut clusters = self.locate(model, rules, &cuts, &late, dt)?;
         for cut in clusters.iter().filter(|c| !c.links.is_empty()) {

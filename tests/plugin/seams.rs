@@ -358,6 +358,23 @@ fn a_real_step_stops_what_moves_by_half_its_size() {
     }
 }
 
+/// Bug: a disc that slides onto a plate at 8 m/s lost an eighth of its speed at any height of the plate. The corner
+/// takes `1 - ((r - h)/r)^2` of it.
+#[test]
+fn a_corner_takes_from_a_disc_what_its_height_demands() {
+    for height in [1e-4, 1e-3, 1e-2] {
+        let left = ((0.2 - height) / 0.2).powi(2);
+        for dt in [1.0 / 60.0, 1.0 / 240.0] {
+            for (speed, phase) in phases(&[2.0, 8.0], 6) {
+                let u = after_a_step("disc", speed, height, dt, phase) / speed;
+                let what =
+                    format!("{height} m, {dt} s, {speed} m/s, phase {phase}: {u} for {left}");
+                assert!((u - left).abs() < 0.01, "{what}");
+            }
+        }
+    }
+}
+
 /// Each value with each of some phases of a step.
 fn phases(values: &[f64], count: u32) -> Vec<(f64, f64)> {
     let all = (0..count).map(|k| f64::from(k) / f64::from(count));
