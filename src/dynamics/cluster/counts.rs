@@ -18,6 +18,10 @@ const LANDINGS: usize = 16;
 /// faster, until both touch and the impact is that of both: after 20 where an interval is 0.4 of the
 /// one before.
 const CHATTER: usize = 64;
+/// So many last impacts within this share of a step follow each other ever faster: a light body between two others
+/// that come together.
+const LAST: usize = 8;
+const SHORT: f64 = 1.0 / 32.0;
 /// Most ends of slides of a cluster in a step.
 const STOPS: usize = 8;
 /// Most parts of curved paths of a cluster in a step.
@@ -34,6 +38,8 @@ pub(super) struct Counts {
     limit: usize,
     /// The surfaces that hit last.
     last: Option<[u32; 2]>,
+    /// Times of the impacts \[s\], the oldest first.
+    times: Vec<f64>,
 }
 
 impl Counts {
@@ -46,6 +52,7 @@ impl Counts {
             again: 0,
             limit: CHATTER,
             last: None,
+            times: Vec::new(),
         }
     }
 
@@ -69,14 +76,22 @@ impl Counts {
         self.turns < TURNS
     }
 
-    /// Counts an impact of these `surfaces` in a cluster of so many `bodies`; `lone` if two of them touch
-    /// nothing else. Returns whether it was one too many.
+    /// Whether the last impacts followed each other so fast that they look endless, in a step of `dt` \[s\].
+    pub fn chatter(&self, dt: f64) -> bool {
+        let first = self.times.len().checked_sub(LAST);
+        first.is_some_and(|k| self.times[k + LAST - 1] - self.times[k] < SHORT * dt)
+    }
+
+    /// Counts an impact of these `surfaces` at a `time` \[s\] in a cluster of so many `bodies`; `lone` if two of
+    /// them touch nothing else. Returns whether it was one too many.
     pub fn impact(
         &mut self,
         surfaces: [u32; 2],
         bodies: usize,
         [lone, rebounds]: [bool; 2],
+        time: f64,
     ) -> bool {
+        self.times.push(time);
         if !lone {
             self.limit = match bodies <= FEW {
                 true => LANDINGS,

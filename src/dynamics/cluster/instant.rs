@@ -1,7 +1,8 @@
 //! An impact of zero duration at the current configuration of a cluster.
 
 use super::bounce::Bounce;
-use super::context::{Context, Rest};
+use super::context::{Cluster, Context, Rest};
+use super::counts::FEW;
 use super::runner::Runner;
 use crate::contact::Vec2;
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts, Left};
@@ -10,10 +11,21 @@ use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::belongs;
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
 use crate::dynamics::recording::{record_interval, working_velocities};
-use crate::dynamics::rules::{applied_acceleration, rest_velocity};
+use crate::dynamics::rules::{ImpactLaw, Rules, applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
 
 impl Runner {
+    /// Whether impacts of a cluster may lose their restitution: those of a few bodies, since others are left to the
+    /// plain rule; not what rebounds without loss, which comes to an end; and not under the uniform law, which is
+    /// one of a single coefficient.
+    pub(super) fn may_be_plastic(&self, rules: &Rules, cluster: &Cluster) -> bool {
+        let mut contacts = self.instant.detection.contacts.iter();
+        !self.plastic
+            && rules.law != ImpactLaw::Uniform
+            && cluster.bodies.len() <= FEW
+            && contacts.all(|c| c.law.restitution() < 1.0)
+    }
+
     /// Clears the velocities of the last interval. An impact makes them jump.
     pub(super) fn forget_sticking(&mut self, context: &Context) {
         let mut contacts = self.own_contacts.take().unwrap_or_else(|| {
@@ -211,6 +223,15 @@ impl Runner {
                     ..known
                 },
             );
+        }
+    }
+}
+
+/// Makes all contacts plastic, those that open too.
+pub(super) fn forget_restitution(contacts: &mut [ContactPoint]) {
+    for contact in contacts {
+        if let NormalLaw::Rigid { restitution } = &mut contact.law {
+            *restitution = 0.0;
         }
     }
 }

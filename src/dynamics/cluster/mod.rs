@@ -8,6 +8,7 @@ mod context;
 mod counts;
 mod held;
 mod instant;
+mod records;
 mod runner;
 mod search;
 mod setup;

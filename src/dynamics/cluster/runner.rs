@@ -2,31 +2,24 @@
 
 use super::bounce::Bounce;
 use super::context::{Cluster, Context, Rest};
-use super::counts::{Counts, FEW};
+use super::counts::Counts;
+use super::instant::forget_restitution;
 use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
 use crate::contact::{Law, Vec2};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::cut_links::{CutLink, is_telling, part_length};
 use crate::dynamics::events::{release_lone, see_from_the_start};
-use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::Interval;
-use crate::dynamics::model::{
-    Configuration, ContactKey, ContactPoint, MultibodyModel, NearWanted, NormalLaw,
-};
+use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel, NearWanted};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::pulled_links::find_links;
 use crate::dynamics::record::StepRecord;
-use crate::dynamics::recording::{forces_work, record_interval, working_velocities};
-use crate::dynamics::rules::{ImpactLaw, Rules, Span};
+use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
 use crate::threads::Threads;
-
-/// So many last impacts in less than this share of a step look endless.
-const LAST: usize = 8;
-const CHATTER: f64 = 1.0 / 32.0;
 
 /// What ends an interval.
 pub(super) enum Next {
@@ -71,21 +64,10 @@ pub(super) struct Runner {
     pub record: StepRecord,
     /// Whether nothing has happened in the step so far: the interval of all of it starts as the trial does.
     fresh: bool,
-    /// Times of the impacts in the step \[s\].
-    struck: Vec<f64>,
     /// Whether no contact rebounds any more in the step: there were too many rebounds.
     pub plastic: bool,
     /// Its links because of which it is stepped in parts.
     cuts: Vec<CutLink>,
-}
-
-/// Makes all contacts plastic, those that open too.
-pub(super) fn forget_restitution(contacts: &mut [ContactPoint]) {
-    for contact in contacts {
-        if let NormalLaw::Rigid { restitution } = &mut contact.law {
-            *restitution = 0.0;
-        }
-    }
 }
 
 /// Configurations of some bodies.
@@ -167,8 +149,7 @@ impl Runner {
                     let rest = Rest::of(context, elapsed);
                     let hit = (key, pair.surfaces);
                     if self.strike(model, solver, context, hit, rest, &cluster, &mut counts) {
-                        match !self.plastic && self.chatters(context, &rules, cluster.bodies.len())
-                        {
+                        match counts.chatter(context.dt) && self.may_be_plastic(&rules, &cluster) {
                             true => self.plastic = true,
                             false => rules = self.plainer(rules),
                         }
@@ -192,20 +173,6 @@ impl Runner {
             model.set_configuration(b as usize, place);
         }
         Ok(cluster)
-    }
-
-    /// Whether the impacts of a few bodies follow each other so fast that they look endless. What rebounds without
-    /// loss comes to an end; and the uniform law is one of a single coefficient.
-    fn chatters(&self, context: &Context, rules: &Rules, bodies: usize) -> bool {
-        let [before, last] = [LAST, 1].map(|k| self.struck.len().checked_sub(k));
-        let [Some(before), Some(last)] = [before, last] else {
-            return false;
-        };
-        let contacts = &self.instant.detection.contacts;
-        rules.law != ImpactLaw::Uniform
-            && bodies <= FEW
-            && contacts.iter().all(|c| c.law.restitution() < 1.0)
-            && self.struck[last] - self.struck[before] < CHATTER * context.dt
     }
 
     /// The rules for the rest of a step in which impacts are too many to be located, or none is found: first
@@ -255,9 +222,8 @@ impl Runner {
         let [lone, solved] = self.impact(solver, context, key, rest, bodies);
         let rebounds = self.instant.blocks.iter().any(|b| b.impact);
         // what no impulses solve closes all the same, and would do so for ever
-        let many = counts.impact(surfaces, bodies, [lone, rebounds]);
+        let many = counts.impact(surfaces, bodies, [lone, rebounds], rest.at);
         self.fresh = false;
-        self.struck.push(rest.at);
         self.settle_hit(model, context);
         self.hold_landed();
         self.here = places(model, &self.moved);
@@ -286,7 +252,6 @@ impl Runner {
         self.bounced = None;
         self.plastic = false;
         self.fresh = true;
-        self.struck.clear();
         self.own_contacts = None;
         let cuts = context.cuts.iter().filter(|c| self.members[c.link.body]);
         self.cuts = cuts.copied().collect();
@@ -428,9 +393,6 @@ impl Runner {
             contacts.clear();
             contacts.extend(context.main.detection.contacts.iter().filter(of));
         }
-        if self.plastic {
-            forget_restitution(&mut interval.detection.contacts);
-        }
         let cache = self.own_contacts.as_ref().unwrap_or(context.cache);
         let w = context.inverse_mass;
         interval.apply_forces(model, w, at + 0.5 * span.length);
@@ -438,6 +400,9 @@ impl Runner {
             let (places, here) = (&self.place, &self.here);
             let place = |b: u32| start_of(places, here, b);
             see_from_the_start(model, interval, cache, rules, place, span.length, span.step)?;
+        }
+        if self.plastic {
+            forget_restitution(&mut interval.detection.contacts);
         }
         interval.free_velocities(w, span.length);
         self.add_held();
@@ -510,29 +475,6 @@ impl Runner {
             CutLink::of(body, next, w)
         });
         all.collect()
-    }
-
-    /// Records the interval solved last.
-    fn record_last(&mut self, context: &Context, time: f64, cluster: &mut Cluster) {
-        self.problems.append(&mut self.solution.problems);
-        let (interval, solution, w) = (&self.interval, &self.solution, context.inverse_mass);
-        let (record, cache) = (&mut self.record, &mut cluster.contacts);
-        for (k, outcome) in solution.outcomes.iter().enumerate() {
-            outcome.count(solution.islands.blocks(k).len(), record);
-        }
-        cache.clear();
-        let (all, mean) = (
-            0..interval.blocks.len(),
-            working_velocities(interval, solution, w),
-        );
-        record_interval(interval, solution, all, &mean, time, record, cache);
-        let (impacts, landings) = (&mut record.impacts, &mut cluster.landings);
-        let landings = (&[][..], landings);
-        find_impacts(interval, solution, |_| true, w, time, impacts, landings);
-        record.energy.forces += forces_work(interval, solution, w, |k| self.members[k]);
-        for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
-            *d += 0.5 * interval.length * (interval.start[b as usize] + solution.end[b as usize]);
-        }
     }
 }
 

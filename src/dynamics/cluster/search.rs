@@ -1,7 +1,8 @@
 //! Finds when and where the next pair of a cluster closes.
 
 use super::context::{Context, Rest};
-use super::runner::{Runner, forget_restitution, start_of};
+use super::instant::forget_restitution;
+use super::runner::{Runner, start_of};
 use super::watched::{Pair, Sought};
 use crate::contact::NO_BODY;
 use crate::dynamics::events::{crossing, touch_tolerance};

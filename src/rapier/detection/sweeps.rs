@@ -2,8 +2,9 @@
 //!
 //! At the midpoint of a step a fast part may already be deep inside another, or beyond it. Its
 //! direction of least depth then points anywhere, and one-sided segments show it their back. Of one that slid
-//! far over a low step in a floor, it points up: the step would lift it. Such parts are followed from the start of the step by conservative advancement: a lower bound of their
-//! distance over their closing speed is a time in which they cannot meet. The contacts of the instant
+//! far over a low step in a floor, it points up: the step would lift it. Such parts are followed from the
+//! start of the step by conservative advancement: a lower bound of their distance over their closing speed is
+//! a time in which they cannot meet. The contacts of the instant
 //! at which they touch are then moved to the midpoint,
 //!
 //! ```text
