@@ -1,10 +1,10 @@
-//! A bounce of two bodies that touch nothing else.
+//! Bounces: what the last one of two bodies left, and how contacts lose theirs.
 
 use crate::contact::Vec3;
-use crate::dynamics::model::{ContactKey, ContactPoint};
+use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
 use crate::dynamics::rules::centripetal;
 
-/// What a bounce left.
+/// What a bounce of two bodies that touch nothing else left.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounce {
     pub key: ContactKey,
@@ -20,5 +20,14 @@ impl Bounce {
         let turns = centripetal(contact, now) > 0.0;
         let change = self.velocity - contact.rows.velocity(now).x;
         (turns && self.key == contact.key && self.time < time).then(|| change / (time - self.time))
+    }
+}
+
+/// Makes all contacts plastic, those that open too.
+pub(super) fn forget_restitution(contacts: &mut [ContactPoint]) {
+    for contact in contacts {
+        if let NormalLaw::Rigid { restitution } = &mut contact.law {
+            *restitution = 0.0;
+        }
     }
 }

@@ -227,15 +227,6 @@ impl Runner {
     }
 }
 
-/// Makes all contacts plastic, those that open too.
-pub(super) fn forget_restitution(contacts: &mut [ContactPoint]) {
-    for contact in contacts {
-        if let NormalLaw::Rigid { restitution } = &mut contact.law {
-            *restitution = 0.0;
-        }
-    }
-}
-
 /// How contacts take part in an impact.
 struct Participants {
     /// For each contact of the instant its coefficient of restitution; `None` if it does not take

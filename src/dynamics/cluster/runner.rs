@@ -1,9 +1,9 @@
 //! Steps one cluster of bodies from event to event.
 
 use super::bounce::Bounce;
+use super::bounce::forget_restitution;
 use super::context::{Cluster, Context, Rest};
 use super::counts::Counts;
-use super::instant::forget_restitution;
 use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
 use crate::contact::{Law, Vec2};

@@ -1,7 +1,7 @@
 //! Finds when and where the next pair of a cluster closes.
 
+use super::bounce::forget_restitution;
 use super::context::{Context, Rest};
-use super::instant::forget_restitution;
 use super::runner::{Runner, start_of};
 use super::watched::{Pair, Sought};
 use crate::contact::NO_BODY;
