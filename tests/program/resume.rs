@@ -234,9 +234,9 @@ fn what_does_not_fit_is_refused_and_stays() {
     for (from, to, words) in [
         (version, "0.0.9", &["started by version 0.0.9", version][..]),
         (
-            "\"format\": 5",
-            "\"format\": 7",
-            &["run.json", "format 7", "reads 5"],
+            "\"format\": 6",
+            "\"format\": 8",
+            &["run.json", "format 8", "reads 6"],
         ),
         ("\"run\"", "\"scenes\"", &["is no run"]),
         ("arguments", "words", &["run.json", "damaged", "arguments"]),
