@@ -36,7 +36,7 @@ impl<'a> Couple<'a> {
             leaves,
             sides,
             bodies,
-            parts: sides.map(|leaf| &leaf.part),
+            parts: [0, 1].map(|i: usize| finder.covered[i].unwrap_or(&sides[i].part)),
             faces: [None; 2],
             loops: [None; 2],
             sight: Sight::default(),
@@ -62,7 +62,7 @@ impl<'a> Couple<'a> {
             });
             couple.parts = [0, 1].map(|i| match (&sides[i].solid, couple.faces[i]) {
                 (Some(solid), Some(face)) => &solid[face],
-                _ => &sides[i].part,
+                _ => couple.parts[i],
             });
             couple.sight = finder.sight(&couple, memory);
             if ends && loops == [None; 2] {

@@ -227,10 +227,10 @@ fn cover(members: &[Member], leaves: &mut Leaves, colliders: &Colliders) {
 
 /// Most parts that are followed to the end of a flat surface. Beyond them it is taken to go on: few bodies lie on
 /// more.
-const MOST: usize = 100;
+pub(super) const MOST: usize = 100;
 
 /// Bounds of points, and of what may lie flush with them.
-fn bounds(points: &[Vec2]) -> Aabb {
+pub(super) fn bounds(points: &[Vec2]) -> Aabb {
     let single = |p: &Vec2| Vector::new(p.x as Real, p.y as Real);
     let tight = Aabb::from_points(points.iter().map(single));
     let extents = tight.extents();
@@ -240,13 +240,13 @@ fn bounds(points: &[Vec2]) -> Aabb {
 }
 
 /// Resolution of coordinates that the user gives in `f32`, as a share of them.
-const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+pub(super) const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Resolution of positions as a share of the smaller part's size, as in [`super::couple::Couple::noise`].
-const SHARE: f64 = 1e-7;
+pub(super) const SHARE: f64 = 1e-7;
 
 /// Distance \[m\] within which faces of two parts in these boxes lie flush.
-fn flush([one, two]: [&Aabb; 2]) -> f64 {
+pub(super) fn flush([one, two]: [&Aabb; 2]) -> f64 {
     let size = |b: &Aabb| f64::from(b.extents().x.max(b.extents().y));
     let (low, high) = (one.mins.max(two.mins), one.maxs.min(two.maxs));
     let far = low.abs().max(high.abs());

@@ -294,6 +294,15 @@ impl Grid {
         }
     }
 
+    /// Calls `visit` for all leaves whose fat boxes overlap that of a leaf.
+    pub fn near_leaf(&self, leaf: u32, mut visit: impl FnMut(u32)) {
+        self.near(&self.nodes[leaf as usize].fat, |other, _| {
+            if other != leaf {
+                visit(other);
+            }
+        });
+    }
+
     /// Calls `visit` for all leaves whose fat boxes overlap `room`.
     fn near<'a>(&'a self, room: &Box4, mut visit: impl FnMut(u32, &'a Node)) {
         let mut ask = |b: u32, node: &'a Node| {

@@ -80,6 +80,11 @@ impl Near {
         }
     }
 
+    /// Whether a point is in the circle.
+    pub fn holds(&self, point: Vec2) -> bool {
+        (self.center - point).norm_squared() <= self.radius * self.radius
+    }
+
     /// Whether two parts cannot reach each other.
     pub fn apart(&self, other: &Near) -> bool {
         let (d, radii) = (self.center - other.center, self.radius + other.radius);

@@ -11,6 +11,7 @@
 //! rapier's own broad and narrow phase are not used: they would cost as much as rapier's step, and
 //! they recycle manifolds while a pair moves by up to a millimetre.
 
+mod beds;
 mod chains;
 mod colliders;
 mod couple;
@@ -210,6 +211,7 @@ impl Detector {
             midpoint: false,
             within: false,
             alone: false,
+            covered: [None; 2],
         }
     }
 
@@ -240,7 +242,8 @@ impl Detector {
             alone: pairs.rows.len() == 1,
             ..self.finder(hooks, self.span.over(dt))
         };
-        pairs.some(&finder, wanted, out);
+        let grid = (self.drive == DetectionDrive::Tree).then_some(&self.grid);
+        pairs.some(&finder, grid, wanted, out);
         self.pairs = pairs;
     }
 

@@ -1,7 +1,7 @@
 //! The narrow phase: pairs of parts, and the contacts of pairs that are near.
 
 use super::super::engine::prelude::*;
-use super::super::kernels::{Sight, Touch, cell_touches, relative, touches};
+use super::super::kernels::{Part, Sight, Touch, cell_touches, relative, touches};
 use super::colliders::Colliders;
 use super::couple::Couple;
 use super::grid::Grid;
@@ -117,6 +117,7 @@ impl Pairs {
         let scratch = &mut self.scratch;
         scratch.event_contacts.clear();
         scratch.ties.clear();
+        scratch.suspects.clear();
         scratch.marks.begin();
         if finder.midpoint {
             scratch.faces.begin();
@@ -146,6 +147,7 @@ impl Pairs {
         } else {
             self.share_out(&pass, finder, threads, &ends, out);
         }
+        finder.look_at_seams((&self.rows, None), &mut self.scratch, out);
         self.contacts = out.contacts.len() - before;
         self.scratch.marks.end();
         self.scratch.faces.end();
@@ -220,18 +222,26 @@ impl Pairs {
     }
 
     /// Contacts of some pairs of colliders, sorted as by [`Pairs::all`].
-    pub fn some(&mut self, finder: &Finder, pairs: &[[u32; 2]], out: &mut Detection) {
+    pub fn some(
+        &mut self,
+        finder: &Finder,
+        grid: Option<&Grid>,
+        pairs: &[[u32; 2]],
+        out: &mut Detection,
+    ) {
         let mut sorted = pairs.to_vec();
         sorted.sort_unstable();
         sorted.dedup();
         let names = &finder.leaves.names;
         self.scratch.ties.clear();
+        self.scratch.suspects.clear();
         for slots in sorted {
             let mut group = Group::default();
             for row in self.rows.between(slots, names) {
                 finder.contacts(row.leaves, &mut group, &mut self.scratch, out);
             }
         }
+        finder.look_at_seams((&self.rows, grid), &mut self.scratch, out);
         finder.break_ties(&self.scratch.ties, &mut out.contacts);
     }
 }
@@ -246,6 +256,7 @@ fn is_near_wanted(out: &Detection, [one, two]: [&Leaf; 2]) -> bool {
 }
 
 /// Everything that the narrow phase reads.
+#[derive(Clone, Copy)]
 pub(super) struct Finder<'a> {
     pub colliders: &'a Colliders,
     pub leaves: &'a Leaves,
@@ -263,6 +274,8 @@ pub(super) struct Finder<'a> {
     pub within: bool,
     /// Whether there is but one pair of parts: no other contact tells the direction of its own.
     pub alone: bool,
+    /// The two parts of the only pair that it is asked for, where others cover them: see [`super::beds`].
+    pub covered: [Option<&'a Part>; 2],
 }
 
 impl<'a> Finder<'a> {
@@ -282,6 +295,7 @@ impl<'a> Finder<'a> {
             midpoint,
             within,
             alone,
+            covered: [None; 2],
         }
     }
 }
@@ -331,7 +345,7 @@ impl Finder<'_> {
     /// Adds the contacts of a pair; `group` is the state of the pairs before.
     ///
     /// Returns a lower bound of the gap \[m\]; `None` if no kernel was called.
-    fn contacts(
+    pub(super) fn contacts(
         &self,
         leaves: [u32; 2],
         group: &mut Group,
@@ -369,10 +383,11 @@ impl Finder<'_> {
         if self.midpoint && !met {
             self.meet_in_flight(&couple, (bound, reach), found);
         }
+        let mut misled = met;
         if !met && (self.midpoint || self.within) {
             match found.is_empty() {
                 true => self.meet_at_corner(&couple, (bound, reach), found),
-                false => self.meet_moving(&couple, reach, found),
+                false => misled = self.meet_moving(&couple, reach, found),
             }
         }
         if self.midpoint {
@@ -387,6 +402,8 @@ impl Finder<'_> {
                 let tie = self.tie(&couple, &setting, found, next);
                 scratch.ties.extend(tie);
             }
+            let suspect = misled.then(|| self.suspect(&couple, found, next..out.contacts.len()));
+            scratch.suspects.extend(suspect.flatten());
         }
         Some(bound)
     }
@@ -434,8 +451,9 @@ impl Finder<'_> {
             if self.midpoint && !met {
                 self.meet_in_flight(&couple, (bound, reach), found);
             }
+            let mut misled = met;
             if !met && (self.midpoint || self.within) {
-                self.meet_moving(&couple, reach, found);
+                misled = self.meet_moving(&couple, reach, found);
             }
             if self.midpoint {
                 let near = (found.as_slice(), bound);
@@ -485,7 +503,11 @@ impl Finder<'_> {
                 }
             } else if !found.is_empty() {
                 let setting = self.setting(sides, terms, covered);
+                let next = out.contacts.len();
                 self.give(setting, sides, terms, group, found, out);
+                let suspect =
+                    misled.then(|| self.suspect(&couple, found, next..out.contacts.len()));
+                scratch.suspects.extend(suspect.flatten());
             }
             return Some(bound);
         }

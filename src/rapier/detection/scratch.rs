@@ -2,6 +2,7 @@
 
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
+use super::beds::Suspect;
 use super::marks::Marks;
 use super::ties::Tie;
 
@@ -21,6 +22,7 @@ pub(super) struct Scratch {
     pub touches: Vec<Touch>,
     pub marks: Marks,
     pub ties: Vec<Tie>,
+    pub suspects: Vec<Suspect>,
     /// Sides of two-sided segments on which pairs touch.
     pub faces: Marks,
 }
@@ -30,6 +32,7 @@ impl Scratch {
     pub fn begin_part(&mut self, pass: &Scratch) {
         self.event_contacts.clear();
         self.ties.clear();
+        self.suspects.clear();
         self.marks.begin_part(&pass.marks);
         self.faces.begin_part(&pass.faces);
     }
@@ -40,6 +43,10 @@ impl Scratch {
         self.ties.extend(part.ties.drain(..).map(|mut tie| {
             tie.contact += first;
             tie
+        }));
+        self.suspects.extend(part.suspects.drain(..).map(|mut own| {
+            own.contacts = own.contacts.start + first..own.contacts.end + first;
+            own
         }));
         self.marks.end_part(&mut part.marks);
         self.faces.end_part(&mut part.faces);

@@ -29,15 +29,15 @@ pub(super) const FLUSH: f64 = 1e-3;
 
 impl Finder<'_> {
     /// Replaces the contacts of two moving parts if the parts meet along another direction than that
-    /// of the contacts.
+    /// of the contacts. Returns whether they may have the wrong direction: they close, or overlapped before.
     #[inline]
-    pub(super) fn meet_moving(&self, couple: &Couple, reach: f64, found: &mut Vec<Touch>) {
+    pub(super) fn meet_moving(&self, couple: &Couple, reach: f64, found: &mut Vec<Touch>) -> bool {
         let Couple { parts, bodies, .. } = *couple;
         let dt = self.step;
         let size = couple.size();
         let motion = couple.speed() * dt;
         if motion < 1e-7 * size {
-            return; // at rest
+            return false; // at rest
         }
         // the kernel of a chain chooses the face within it; at its ends and sharp corners another
         // part may lie flush, and a moving chain may slide over seams of other parts. The two ends of a
@@ -45,22 +45,24 @@ impl Finder<'_> {
         let chain =
             |i: usize| bodies[i].immovable && parts[i].goes_on() && !parts[1 - i].is_sheet();
         if chain(0) || chain(1) {
-            return;
+            return false;
         }
         // a contact may have the wrong direction if it may close while forces accelerate the bodies,
         // or if it overlapped at the start of the step
         let noise = couple.noise(found);
         if couple.may_have_passed(dt, noise, found) {
-            return;
+            return true;
         }
         let misled = |t: &Touch| {
             let u = bodies[1].velocity_at(t.point) - bodies[0].velocity_at(t.point);
             let way = dt * t.normal.dot(&u);
             way < -1e-9 * size && t.gap + AHEAD * way < 0.0 || t.gap - 0.5 * way < -noise
         };
-        if found.iter().any(misled) {
+        let misled = found.iter().any(misled);
+        if misled {
             self.meet_another(couple, reach, noise, found);
         }
+        true
     }
 
     /// Adds the contacts of two moving parts that came into each other since the start of the step, at a

@@ -4,17 +4,9 @@ use super::convex::clipped_incident;
 use super::edges::TILT;
 use super::facing;
 use super::polygon::View;
-use super::{Core, Part, Sight, Touch, corners, relative};
+use super::{BOX_NORMALS, Core, Part, Sight, Touch, corners, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
-
-/// The faces of a box, in the order of its [`corners`].
-const BOX_NORMALS: [Vec2; 4] = [
-    Vec2::new(1.0, 0.0),
-    Vec2::new(0.0, 1.0),
-    Vec2::new(-1.0, 0.0),
-    Vec2::new(0.0, -1.0),
-];
 
 /// A face of one of two parts; for a segment, `2 + end` stands for that of the neighbour at an end.
 #[derive(Debug, Clone, Copy, PartialEq)]

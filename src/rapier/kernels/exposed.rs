@@ -89,6 +89,18 @@ impl Exposed {
         self
     }
 
+    /// Covers what `other` parts cover, of the same polygon.
+    pub fn cover_also(&mut self, other: &Exposed) {
+        for (face, theirs) in self.faces.iter_mut().zip(&other.faces) {
+            let common = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.max(c), b.min(d)];
+            let left = face.zip(*theirs).map(|(own, their)| common(own, their));
+            *face = left.filter(|[from, to]| from < to);
+        }
+        for (corner, theirs) in self.corners.iter_mut().zip(&other.corners) {
+            *corner = corner.and(theirs);
+        }
+    }
+
     /// Whether a part that lies between two places along a face \[m\], from its start, can touch the face.
     pub fn has_face(&self, face: usize, [low, high]: [f64; 2]) -> bool {
         self.faces[face].is_some_and(|[from, to]| low < to && high > from)
@@ -128,6 +140,25 @@ impl Exposed {
             if let Normals::Between(cone) = normals {
                 cone.runs = [0, 1].map(|end| run(corner, cone.beyond(end)));
             }
+        }
+    }
+}
+
+impl Normals {
+    /// Those that are in both.
+    fn and(&self, other: &Normals) -> Normals {
+        match (self, other) {
+            (Normals::None, _) | (_, Normals::None) => Normals::None,
+            (Normals::All, one) | (one, Normals::All) => *one,
+            (Normals::Between(a), Normals::Between(b)) => match common(a.ends, b.ends) {
+                Some(ends) => Normals::Between(Cone {
+                    ends,
+                    angle: a.angle.max(b.angle),
+                    runs: [0, 1].map(|end| a.runs[end].max(b.runs[end])),
+                }),
+                // in a hollow
+                None => Normals::All,
+            },
         }
     }
 }

@@ -4,6 +4,7 @@
 //! half-plane, each with a rounding (that of capsules and round shapes, and the contact skin).
 
 mod axes;
+mod beside;
 mod boxes;
 mod cells;
 mod chains;
@@ -79,7 +80,7 @@ impl Part {
         Polygon::new(placed).filter(|_| self.rounding == 0.0)
     }
 
-    /// The part with what others leave exposed of it; `None` if that is all. `placed` is its
+    /// The part with what others leave exposed of it; `None` if that is all it had. `placed` is its
     /// [`Part::sharp_polygon`] at `pose`, `others` are as in [`Exposed::new`], and `run` as in
     /// [`Exposed::measure`].
     pub fn covered(
@@ -92,7 +93,13 @@ impl Part {
         exposed.measure(|corner, beyond| run(placed.points[corner], beyond));
         let polygon = self.sharp_polygon(&Pose64::new(Vec2::zeros(), 0.0))?;
         // rounding may merge corners
-        let exposed = Some(exposed.seen_from(pose));
+        let mut exposed = exposed.seen_from(pose);
+        if let Core::Polygon(before) = &self.core
+            && let Some(known) = &before.exposed
+        {
+            exposed.cover_also(known);
+        }
+        let exposed = Some(exposed);
         let exposed = exposed.filter(|_| polygon.points.len() == placed.points.len());
         Some(Part {
             core: Core::Polygon(Polygon { exposed, ..polygon }.into()),
@@ -277,7 +284,7 @@ fn with_view(core: &Core, run: impl FnOnce(View) -> f64) -> f64 {
         Core::Edge(edge) => run(View::from(edge.as_ref())),
         &Core::Box(h) => run(View {
             points: &corners(h),
-            normals: &[Vec2::x(), Vec2::y(), -Vec2::x(), -Vec2::y()],
+            normals: &BOX_NORMALS,
             center: Vec2::zeros(),
             exposed: None,
             edge: None,
@@ -286,6 +293,14 @@ fn with_view(core: &Core, run: impl FnOnce(View) -> f64) -> f64 {
         Core::Ball(_) | Core::HalfPlane(_) | Core::Other(_) => f64::INFINITY,
     }
 }
+
+/// The faces of a box, in the order of its [`corners`].
+pub(super) const BOX_NORMALS: [Vec2; 4] = [
+    Vec2::new(1.0, 0.0),
+    Vec2::new(0.0, 1.0),
+    Vec2::new(-1.0, 0.0),
+    Vec2::new(0.0, -1.0),
+];
 
 /// Corners, counter-clockwise; the faces between each and the next are +x, +y, −x, −y.
 pub(super) fn corners(h: Vec2) -> [Vec2; 4] {
