@@ -7,7 +7,7 @@
 //! as well, as if the gap were filled. What is flush for good, see [`super::covers`].
 
 use super::super::joints::OUTSIDE;
-use super::super::kernels::{Beyond, Part, Polygon, Touch, touches};
+use super::super::kernels::{Beyond, Core, Exposed, Part, Polygon, Touch, touches};
 use super::colliders::Known;
 use super::couple::Couple;
 use super::covers::{MOST, ROUNDING, SHARE, bounds, flush};
@@ -82,8 +82,8 @@ impl Finder<'_> {
 
     /// Replaces the contacts of suspects at faces that other parts cover.
     ///
-    /// With a `grid` the polygons near suspects are asked from it, without from the pairs of parts: which is
-    /// faster depends on the number of suspects.
+    /// Within a step there are few suspects: what lies near them is asked from the `grid`, if there is one, and
+    /// else looked for among all pairs of parts.
     pub(super) fn look_at_seams(
         &self,
         (rows, grid): (&Rows, Option<&Grid>),
@@ -95,11 +95,11 @@ impl Finder<'_> {
             return;
         }
         let suspects = std::mem::take(&mut scratch.suspects);
-        let beds = self.beds((rows, grid), &suspects);
+        let beds = self.beds((rows, grid.filter(|_| self.within)), &suspects);
         // from the last one on: the numbers of those before stay
         for Suspect { leaves, contacts } in suspects.iter().rev() {
             let found = &out.contacts[contacts.clone()];
-            let covered = [0, 1].map(|i| self.covered_to(*leaves, i, found, &beds));
+            let covered = [0, 1].map(|i| self.covered_to(*leaves, i, found, (&beds, grid)));
             if covered.iter().all(Option::is_none) || !self.were_apart(*leaves, scratch) {
                 continue;
             }
@@ -148,7 +148,8 @@ impl Finder<'_> {
             0.0,
             found,
         );
-        let least = -FLUSH * couple.size();
+        let thin = width(couple.parts[0]).min(width(couple.parts[1]));
+        let least = -FLUSH * thin - couple.noise(found);
         found.iter().all(|touch| touch.gap >= least)
     }
 
@@ -191,17 +192,44 @@ impl Finder<'_> {
         let [flush, reach] = self.widths([a, b]);
         // of a rotated part the corners are off by more
         let widths = [4.0 * flush, reach];
-        way <= reach && a.part.is_beside(&a.pose, &b.part, &b.pose, widths)
+        way <= reach && a.part.is_beside(&a.pose, &b.part, &b.pose, widths, None)
     }
 
     /// What parts are off at most that lie flush, and the widest gap between those that count as one surface \[m\].
-    fn widths<const N: usize>(&self, all: [&Leaf; N]) -> [f64; 2] {
-        let sizes = all.iter().map(|leaf| leaf.surface.size);
-        let size = sizes.fold(f64::INFINITY, f64::min);
-        let far = all.iter().map(|leaf| leaf.pose.translation.amax());
-        let far = far.fold(0.0, f64::max);
-        let flush = (SHARE * size).max(ROUNDING * far);
-        [flush, (FLUSH * size).max(flush)]
+    fn widths(&self, all: [&Leaf; 2]) -> [f64; 2] {
+        let size = all[0].surface.size.min(all[1].surface.size);
+        let far = all.map(|leaf| leaf.pose.translation.amax());
+        let flush = (SHARE * size).max(ROUNDING * far[0].max(far[1]));
+        let thin = width(&all[0].part).min(width(&all[1].part));
+        [flush, (FLUSH * thin).max(flush)]
+    }
+
+    /// The polygons beside one that lie near a visitor or at its corners; of many, as on a floor, those near the
+    /// visitor.
+    fn beside(&self, [leaf, visitor]: [u32; 2], beds: &Beds, grid: Option<&Grid>) -> Vec<u32> {
+        let circle = |leaf: u32| &self.leaves.near[leaf as usize];
+        let near = |other: &u32| *other != visitor && !circle(*other).apart(circle(visitor));
+        let all = beds.beside(leaf);
+        let many = all.clone().nth(MANY).is_some();
+        let mut found = Vec::new();
+        match grid.filter(|_| many) {
+            Some(grid) => grid.near_leaf(visitor, |other| {
+                let known = beds.0.binary_search(&[leaf, other]).is_ok();
+                found.extend((known && near(&other)).then_some(other));
+            }),
+            None if many => found.extend(all.filter(near)),
+            None => {
+                let Leaf { part, pose, .. } = self.leaves.get(leaf);
+                let corners = part.sharp_polygon(pose).map(|polygon| polygon.points);
+                let holds = |other: u32| {
+                    let mut corners = corners.iter().flatten();
+                    corners.any(|corner| circle(other).holds(*corner))
+                };
+                found.extend(all.filter(|k| near(k) || *k != visitor && holds(*k)));
+            }
+        }
+        found.sort_unstable();
+        found
     }
 
     /// One of two parts with what others leave exposed of it to the other one; `None` if the contacts that were
@@ -212,23 +240,54 @@ impl Finder<'_> {
         leaves: [u32; 2],
         side: usize,
         found: &[ContactPoint],
-        beds: &Beds,
+        (beds, grid): (&Beds, Option<&Grid>),
     ) -> Option<Part> {
         let (leaf, visitor) = (leaves[side], leaves[1 - side]);
         beds.beside(leaf).next()?;
-        let part = self.left_by(leaf, visitor, beds)?;
+        // a neighbour stays where it is
+        if beds.0.binary_search(&[leaf, visitor]).is_ok() {
+            return None;
+        }
+        let beside = self.beside([leaf, visitor], beds, grid);
         let own = self.leaves.get(leaf);
         let outward = if side == 0 { 1.0 } else { -1.0 };
-        let admits = |c: &ContactPoint| {
-            let (place, way) = (own.pose.apply_inverse(c.position), outward * c.normal);
-            part.admits(place, own.pose.unrotate(way))
+        let free = |c: &ContactPoint| {
+            let way = own.pose.unrotate(outward * c.normal);
+            let covers = |other: &u32| {
+                let other = self.leaves.get(*other);
+                let [flush, reach] = self.widths([own, other]);
+                let widths = [4.0 * flush, reach];
+                own.part
+                    .is_beside(&own.pose, &other.part, &other.pose, widths, Some(way))
+            };
+            own.part.has_face(way) && !beside.iter().any(covers)
         };
-        (!found.iter().all(admits)).then_some(part)
+        if beside.is_empty() || found.iter().all(free) {
+            return None;
+        }
+        // what slides flush along a face is not stopped by it
+        let guest = self.leaves.get(visitor);
+        let [flush, _] = self.widths([own, guest]);
+        let slides = |c: &ContactPoint| {
+            let [one, two] = [own, guest].map(|leaf| self.present(leaf).velocity_at(c.position));
+            let way = self.step * c.normal.dot(&(two - one));
+            c.gap.abs().max(way.abs()) <= flush
+        };
+        self.left_by([leaf, visitor], &beside, beds, |exposed, polygon| {
+            let leaves = |c: &ContactPoint| exposed.leaves(polygon, c.position, outward * c.normal);
+            !found.iter().all(|c| slides(c) || leaves(c))
+        })
     }
 
-    /// What those beside it leave exposed of a sharp polygon to a visitor; `None` if that is all.
+    /// What those `beside` it leave exposed of a sharp polygon to a visitor; `None` if that is all, or not `wanted`.
     #[inline(never)]
-    fn left_by(&self, leaf: u32, visitor: u32, beds: &Beds) -> Option<Part> {
+    fn left_by(
+        &self,
+        [leaf, visitor]: [u32; 2],
+        beside: &[u32],
+        beds: &Beds,
+        wanted: impl FnOnce(&Exposed, &Polygon) -> bool,
+    ) -> Option<Part> {
         let (own, guest) = (self.leaves.get(leaf), self.leaves.get(visitor));
         let known = self.colliders.get(own.slot);
         let known = known.filter(|known| known.covers())?;
@@ -240,28 +299,25 @@ impl Finder<'_> {
             Placed::of(other).filter(|_| covers)
         };
         let first = Placed::of(own)?;
-        // the second one, grown up to the first
+        let thin = FLUSH * width(&guest.part);
+        // the second one, grown up to the first; a thin visitor may be in a narrow gap
         let meets = |one: &Placed, other: &Placed| {
             let flush = flush([&one.bounds, &other.bounds]);
-            let [_, reach] = self.widths([one.leaf, other.leaf, guest]);
-            let widths = [flush, reach.max(flush)];
+            let [_, reach] = self.widths([one.leaf, other.leaf]);
+            let widths = [flush, reach.min(thin).max(flush)];
             let grown = other.polygon.beside(&one.polygon, widths)?;
             Some((grown, flush))
         };
-        // of a long floor only what stands near the visitor, or at its ends
-        let circle = |leaf: u32| &self.leaves.near[leaf as usize];
-        let matters = |other: &u32| {
-            let at_corner = |corner: &Vec2| circle(*other).holds(*corner);
-            let near = || !circle(*other).apart(circle(visitor));
-            *other != visitor && (near() || first.polygon.points.iter().any(at_corner))
-        };
-        let beside = beds.beside(leaf).filter(matters);
-        let next = beside.filter_map(|other| meets(&first, &placed(other)?));
+        let next = beside
+            .iter()
+            .filter_map(|other| meets(&first, &placed(*other)?));
         let next: Vec<(Polygon, f64)> = next.collect();
         if next.is_empty() {
             return None;
         }
         let list: Vec<(&Polygon, f64)> = next.iter().map(|(own, flush)| (own, *flush)).collect();
+        // as far as the visitor may reach
+        let most = 2.0 * self.present(guest).radius;
         let run = |corner: Vec2, beyond: Beyond| {
             let (mut at, mut far) = (leaf, 0.0);
             for _ in 0..MOST {
@@ -273,15 +329,33 @@ impl Finder<'_> {
                     Some((reach, other))
                 });
                 match further.max_by(|a, b| a.0.total_cmp(&b.0)) {
-                    Some((way, other)) => (at, far) = (other, far + way),
+                    Some((way, other)) if far + way < most => (at, far) = (other, far + way),
+                    Some(_) => return f64::INFINITY,
                     None => return far,
                 }
             }
             f64::INFINITY
         };
-        own.part.covered((&own.pose, &first.polygon), &list, run)
+        let wanted = |exposed: &Exposed| wanted(exposed, &first.polygon);
+        own.part
+            .covered((&own.pose, &first.polygon), &list, run, wanted)
     }
 }
+
+/// Least width of a part \[m\]; 0 of a segment, and where it is not known.
+fn width(part: &Part) -> f64 {
+    let core = match &part.core {
+        Core::Ball(radius) => 2.0 * radius,
+        Core::Box(half) => 2.0 * half.min(),
+        Core::Polygon(polygon) => polygon.thickness,
+        Core::HalfPlane(_) => f64::INFINITY,
+        Core::Edge(_) | Core::Other(_) => 0.0,
+    };
+    core + 2.0 * part.rounding
+}
+
+/// Number of parts beside one from which on they are looked for near the visitor.
+const MANY: usize = 16;
 
 /// Whether two contacts of a pair are the same but for the numbers of corners and faces.
 fn is_same(one: &ContactPoint, two: &ContactPoint) -> bool {

@@ -1,8 +1,7 @@
 //! Finds which parts cover each other's faces: those of one body, and those of all fixed bodies.
 //!
 //! These stay where they are, so this is done when colliders change or a body is placed elsewhere. What it is good
-//! for, see `kernels/exposed.rs`. Parts of bodies that move against each other do not cover each other, even if
-//! they lie flush: see [`super::seams`] for these.
+//! for, see `kernels/exposed.rs`. Parts of other bodies that lie flush, see [`super::beds`] and [`super::seams`].
 
 use super::super::bodies::Bodies;
 use super::super::engine::prelude::*;
@@ -218,7 +217,7 @@ fn cover(members: &[Member], leaves: &mut Leaves, colliders: &Colliders) {
         let run = |corner, beyond| run(k, corner, &beyond);
         let covered = own
             .part
-            .covered((&own.member.pose, &own.polygon), &others, run);
+            .covered((&own.member.pose, &own.polygon), &others, run, |_| true);
         if let Some(part) = covered {
             leaves.set_part(own.member.leaf, part);
         }

@@ -147,7 +147,7 @@ impl Pairs {
         } else {
             self.share_out(&pass, finder, threads, &ends, out);
         }
-        finder.look_at_seams((&self.rows, None), &mut self.scratch, out);
+        finder.look_at_seams((&self.rows, grid), &mut self.scratch, out);
         self.contacts = out.contacts.len() - before;
         self.scratch.marks.end();
         self.scratch.faces.end();

@@ -1,6 +1,7 @@
 //! Polygons that lie beside each other, face to face.
 
 use super::edges::TILT;
+use super::exposed::Exposed;
 use super::polygon::Polygon;
 use super::{BOX_NORMALS, Core, Part, corners, relative};
 use crate::contact::Vec2;
@@ -8,13 +9,15 @@ use crate::dynamics::Pose64;
 
 impl Part {
     /// Whether two sharp polygons have faces towards each other that are parallel, within `flush` \[m\] at their
-    /// ends, and at most `reach` \[m\] apart.
+    /// ends, and at most `reach` \[m\] apart. With a `normal`, in the frame of this one, only its face with
+    /// this counts.
     pub fn is_beside(
         &self,
         pose: &Pose64,
         other: &Part,
         at: &Pose64,
         [flush, reach]: [f64; 2],
+        normal: Option<Vec2>,
     ) -> bool {
         let (mut room, mut more) = ([Vec2::zeros(); 4], [Vec2::zeros(); 4]);
         let (Some(own), Some(facing)) = (self.faces(&mut room), other.faces(&mut more)) else {
@@ -26,7 +29,8 @@ impl Part {
             let m = seen.rotate(*m);
             let mut sides = own.0.iter().zip(own.1);
             sides.any(|(n, p)| {
-                n.dot(&m) < 0.0 && n.perp(&m).abs() < TILT && {
+                let asked = normal.is_none_or(|asked| is_same(*n, asked));
+                asked && n.dot(&m) < 0.0 && n.perp(&m).abs() < TILT && {
                     let ends = [k, (k + 1) % count].map(|k| n.dot(&(seen.apply(facing.1[k]) - p)));
                     (ends[0] - ends[1]).abs() <= flush && ends[0].abs() <= reach
                 }
@@ -34,28 +38,11 @@ impl Part {
         })
     }
 
-    /// Whether other parts leave this outward direction to a contact of a sharp polygon at a place near its
-    /// surface, both in its frame.
-    pub fn admits(&self, place: Vec2, direction: Vec2) -> bool {
-        let Core::Polygon(polygon) = &self.core else {
-            return true;
-        };
-        let Some(exposed) = &polygon.exposed else {
-            return true;
-        };
-        let n = polygon.points.len();
-        let along_normal = |k: &usize| {
-            let normal = polygon.normals[*k];
-            normal.dot(&direction) > 0.0 && normal.perp(&direction).abs() < 1e-9
-        };
-        if let Some(face) = (0..n).find(along_normal) {
-            let (start, end) = (polygon.points[face], polygon.points[(face + 1) % n]);
-            let t = (end - start).normalize().dot(&(place - start));
-            return exposed.has_face(face, [t, t]);
-        }
-        let reach = |k: &usize| polygon.points[*k].dot(&direction);
-        let corner = (0..n).max_by(|a, b| reach(a).total_cmp(&reach(b)));
-        corner.is_none_or(|corner| exposed.admits(corner, direction))
+    /// Whether a sharp polygon has a face with this normal, in its frame.
+    pub fn has_face(&self, normal: Vec2) -> bool {
+        let mut room = [Vec2::zeros(); 4];
+        let faces = self.faces(&mut room);
+        faces.is_some_and(|(normals, _)| normals.iter().any(|n| is_same(*n, normal)))
     }
 
     /// Normals and first corners of the faces of a sharp polygon. There is `room` for those of a box.
@@ -121,4 +108,26 @@ impl Polygon {
         points[last] = moved(last, (last + 1) % n);
         Polygon::new(points)
     }
+}
+
+impl Exposed {
+    /// Whether this leaves an outward direction to a contact of the polygon at a place near its surface.
+    pub fn leaves(&self, polygon: &Polygon, place: Vec2, direction: Vec2) -> bool {
+        let n = polygon.points.len();
+        let along = |k: &usize| is_same(polygon.normals[*k], direction);
+        if let Some(face) = (0..n).find(along) {
+            let (start, end) = (polygon.points[face], polygon.points[(face + 1) % n]);
+            let t = (end - start).normalize().dot(&(place - start));
+            return self.has_face(face, [t, t]);
+        }
+        // the contact is at the corner that is met first
+        let reach = |k: &usize| polygon.points[*k].dot(&direction);
+        let corner = (0..n).max_by(|a, b| reach(a).total_cmp(&reach(b)));
+        corner.is_none_or(|corner| self.admits(corner, direction))
+    }
+}
+
+/// Whether two unit vectors are the same but for rounding.
+fn is_same(one: Vec2, two: Vec2) -> bool {
+    one.dot(&two) > 0.0 && one.perp(&two).abs() < 1e-9
 }

@@ -19,7 +19,7 @@ pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use cells::cell_touches;
 pub(super) use chains::approach;
 pub(super) use edges::Edge;
-pub(super) use exposed::Beyond;
+pub(super) use exposed::{Beyond, Exposed};
 pub(super) use facing::sides_of;
 pub(super) use polygon::Polygon;
 
@@ -27,7 +27,6 @@ use super::engine::prelude::SharedShape;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use convex::convex_convex;
-use exposed::Exposed;
 use polygon::{View, polygon_ball};
 use std::sync::Arc;
 
@@ -82,14 +81,15 @@ impl Part {
 
     /// The part with what others leave exposed of it; `None` if that is all it had. `placed` is its
     /// [`Part::sharp_polygon`] at `pose`, `others` are as in [`Exposed::new`], and `run` as in
-    /// [`Exposed::measure`].
+    /// [`Exposed::measure`]. `None` too if that is not `wanted`.
     pub fn covered(
         &self,
         (pose, placed): (&Pose64, &Polygon),
         others: &[(&Polygon, f64)],
         run: impl Fn(Vec2, Beyond) -> f64,
+        wanted: impl FnOnce(&Exposed) -> bool,
     ) -> Option<Part> {
-        let mut exposed = Exposed::new(placed, others)?;
+        let mut exposed = Exposed::new(placed, others).filter(wanted)?;
         exposed.measure(|corner, beyond| run(placed.points[corner], beyond));
         let polygon = self.sharp_polygon(&Pose64::new(Vec2::zeros(), 0.0))?;
         // rounding may merge corners
