@@ -1,7 +1,6 @@
 //! Steps one cluster of bodies from event to event.
 
-use super::bounce::Bounce;
-use super::bounce::forget_restitution;
+use super::bounce::{Bounce, forget_restitution};
 use super::context::{Cluster, Context, Rest};
 use super::counts::Counts;
 use super::slides::Slide;

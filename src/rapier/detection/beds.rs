@@ -13,22 +13,17 @@ use super::couple::Couple;
 use super::covers::{MOST, ROUNDING, SHARE, bounds, flush};
 use super::grid::Grid;
 use super::leaves::Leaf;
+use super::narrow::are_boxes_apart;
 use super::output::Group;
 use super::pairs::Finder;
 use super::present;
 use super::rows::{Row, Rows};
-use super::scratch::Scratch;
+use super::scratch::{Scratch, Suspect};
 use super::seams::{AHEAD, FLUSH};
 use crate::contact::Vec2;
 use crate::dynamics::{ContactPoint, Detection};
 use crate::rapier::parry::bounding_volume::Aabb;
 use std::ops::Range;
-
-/// Two parts whose contacts, those of the output with these numbers, may be at a face that others cover.
-pub(super) struct Suspect {
-    leaves: [u32; 2],
-    pub contacts: Range<usize>,
-}
 
 /// Pairs of sharp polygons that lie face to face and hardly move against each other, sorted, in both orders.
 struct Beds(Vec<[u32; 2]>);
@@ -206,9 +201,14 @@ impl Finder<'_> {
 
     /// The polygons beside one that lie near a visitor or at its corners; of many, as on a floor, those near the
     /// visitor.
-    fn beside(&self, [leaf, visitor]: [u32; 2], beds: &Beds, grid: Option<&Grid>) -> Vec<u32> {
+    fn beside_near(&self, [leaf, visitor]: [u32; 2], beds: &Beds, grid: Option<&Grid>) -> Vec<u32> {
         let circle = |leaf: u32| &self.leaves.near[leaf as usize];
-        let near = |other: &u32| *other != visitor && !circle(*other).apart(circle(visitor));
+        let near = |other: &u32| {
+            let sides = [*other, visitor].map(|leaf| self.leaves.get(leaf));
+            let sizes = sides.map(|leaf| leaf.surface.size);
+            let reach = self.span.reach(sides.map(|leaf| self.present(leaf)), sizes);
+            *other != visitor && !are_boxes_apart(sides, reach)
+        };
         let all = beds.beside(leaf);
         let many = all.clone().nth(MANY).is_some();
         let mut found = Vec::new();
@@ -248,7 +248,7 @@ impl Finder<'_> {
         if beds.0.binary_search(&[leaf, visitor]).is_ok() {
             return None;
         }
-        let beside = self.beside([leaf, visitor], beds, grid);
+        let beside = self.beside_near([leaf, visitor], beds, grid);
         let own = self.leaves.get(leaf);
         let outward = if side == 0 { 1.0 } else { -1.0 };
         let free = |c: &ContactPoint| {

@@ -24,6 +24,7 @@ mod hooks;
 mod leaves;
 mod loops;
 mod marks;
+mod narrow;
 mod output;
 mod pairs;
 mod points;

@@ -2,9 +2,9 @@
 
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
-use super::beds::Suspect;
 use super::marks::Marks;
 use super::ties::Tie;
+use std::ops::Range;
 
 /// A contact that only makes events: its groups or a hook forbid it to push, or neither body can
 /// move.
@@ -13,6 +13,12 @@ pub(in crate::rapier) struct EventContact {
     pub colliders: [ColliderHandle; 2],
     /// Gap \[m\].
     pub gap: f64,
+}
+
+/// Two parts whose contacts, those of the output with these numbers, may be at a face that others cover.
+pub(super) struct Suspect {
+    pub leaves: [u32; 2],
+    pub contacts: Range<usize>,
 }
 
 /// Output of the narrow phase besides the contacts.

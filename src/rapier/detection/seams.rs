@@ -29,7 +29,7 @@ pub(super) const FLUSH: f64 = 1e-3;
 
 impl Finder<'_> {
     /// Replaces the contacts of two moving parts if the parts meet along another direction than that
-    /// of the contacts. Returns whether they may have the wrong direction: they close, or overlapped before.
+    /// of the contacts. Returns whether the two move, and no kernel of a chain chooses the direction.
     #[inline]
     pub(super) fn meet_moving(&self, couple: &Couple, reach: f64, found: &mut Vec<Touch>) -> bool {
         let Couple { parts, bodies, .. } = *couple;

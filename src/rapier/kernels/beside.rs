@@ -1,22 +1,65 @@
-//! Polygons that lie beside each other, face to face.
+//! Sharp polygons, those that lie beside each other face to face, and what they cover of each other.
 
 use super::edges::TILT;
-use super::exposed::Exposed;
+use super::exposed::{Beyond, Exposed};
 use super::polygon::Polygon;
 use super::{BOX_NORMALS, Core, Part, corners, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
 impl Part {
-    /// Whether two sharp polygons have faces towards each other that are parallel, within `flush` \[m\] at their
-    /// ends, and at most `reach` \[m\] apart. With a `normal`, in the frame of this one, only its face with
-    /// this counts.
+    /// Whether this is a box or polygon without rounded corners.
+    pub fn is_sharp_polygon(&self) -> bool {
+        self.rounding == 0.0 && matches!(self.core, Core::Box(_) | Core::Polygon(_))
+    }
+
+    /// Its corners and faces in the frame given by its pose, if it is a box or polygon without rounded corners.
+    pub fn sharp_polygon(&self, pose: &Pose64) -> Option<Polygon> {
+        let corners: &[Vec2] = match &self.core {
+            Core::Box(h) => &corners(*h),
+            Core::Polygon(polygon) => &polygon.points,
+            _ => return None,
+        };
+        let placed = corners.iter().map(|p| pose.apply(*p)).collect();
+        Polygon::new(placed).filter(|_| self.rounding == 0.0)
+    }
+
+    /// The part with what others leave exposed of it; `None` if that is all it had. `placed` is its
+    /// [`Part::sharp_polygon`] at `pose`, `others` are as in [`Exposed::new`], and `run` as in
+    /// [`Exposed::measure`]. `None` too if that is not `wanted`.
+    pub fn covered(
+        &self,
+        (pose, placed): (&Pose64, &Polygon),
+        others: &[(&Polygon, f64)],
+        run: impl Fn(Vec2, Beyond) -> f64,
+        wanted: impl FnOnce(&Exposed) -> bool,
+    ) -> Option<Part> {
+        let mut exposed = Exposed::new(placed, others).filter(wanted)?;
+        exposed.measure(|corner, beyond| run(placed.points[corner], beyond));
+        let polygon = self.sharp_polygon(&Pose64::new(Vec2::zeros(), 0.0))?;
+        // rounding may merge corners
+        let mut exposed = exposed.seen_from(pose);
+        if let Core::Polygon(before) = &self.core
+            && let Some(known) = &before.exposed
+        {
+            exposed.cover_also(known);
+        }
+        let exposed = Some(exposed);
+        let exposed = exposed.filter(|_| polygon.points.len() == placed.points.len());
+        Some(Part {
+            core: Core::Polygon(Polygon { exposed, ..polygon }.into()),
+            rounding: self.rounding,
+        })
+    }
+
+    /// Whether two sharp polygons lie face to face, at most `reach` \[m\] apart: see [`gap_between`]. With a
+    /// `normal`, in the frame of this one, only its face with this counts.
     pub fn is_beside(
         &self,
         pose: &Pose64,
         other: &Part,
         at: &Pose64,
-        [flush, reach]: [f64; 2],
+        widths: [f64; 2],
         normal: Option<Vec2>,
     ) -> bool {
         let (mut room, mut more) = ([Vec2::zeros(); 4], [Vec2::zeros(); 4]);
@@ -24,15 +67,15 @@ impl Part {
             return false;
         };
         let seen = relative(pose, at);
-        let count = facing.1.len();
-        facing.0.iter().enumerate().any(|(k, m)| {
-            let m = seen.rotate(*m);
-            let mut sides = own.0.iter().zip(own.1);
-            sides.any(|(n, p)| {
-                let asked = normal.is_none_or(|asked| is_same(*n, asked));
-                asked && n.dot(&m) < 0.0 && n.perp(&m).abs() < TILT && {
-                    let ends = [k, (k + 1) % count].map(|k| n.dot(&(seen.apply(facing.1[k]) - p)));
-                    (ends[0] - ends[1]).abs() <= flush && ends[0].abs() <= reach
+        let (n, count) = (own.0.len(), facing.0.len());
+        (0..count).any(|k| {
+            let m = seen.rotate(facing.0[k]);
+            (0..n).any(|i| {
+                let asked = normal.is_none_or(|asked| is_same(own.0[i], asked));
+                asked && are_against(own.0[i], m) && {
+                    let ends = [facing.1[k], facing.1[(k + 1) % count]].map(|p| seen.apply(p));
+                    let face = (own.0[i], [own.1[i], own.1[(i + 1) % n]]);
+                    gap_between(face, ends, widths).is_some()
                 }
             })
         })
@@ -66,30 +109,19 @@ impl Polygon {
     pub fn beside(&self, other: &Polygon, [flush, reach]: [f64; 2]) -> Option<Polygon> {
         let (n, count) = (self.points.len(), other.points.len());
         let pairs = (0..n).flat_map(|k| (0..count).map(move |i| (k, i)));
-        pairs
-            .filter_map(|(k, i)| {
-                let (m, normal) = (self.normals[k], other.normals[i]);
-                if m.dot(&normal) > 0.0 || m.perp(&normal).abs() > TILT {
-                    return None;
-                }
-                let ends = [self.points[k], self.points[(k + 1) % n]];
-                let origin = other.points[i];
-                let [one, two] = ends.map(|p| normal.dot(&(p - origin)));
-                if (one - two).abs() > flush || one.min(two) < -flush || one.max(two) > reach {
-                    return None;
-                }
-                let along = (other.points[(i + 1) % count] - origin).normalize();
-                let length = (other.points[(i + 1) % count] - origin).norm();
-                let places = ends.map(|p| along.dot(&(p - origin)));
-                let overlaps =
-                    places[0].max(places[1]) > reach && places[0].min(places[1]) < length - reach;
-                overlaps.then_some((k, one.max(two)))
-            })
-            .map(|(k, gap)| match gap > flush {
-                true => self.grown(k, gap),
-                false => Some(self.clone()),
-            })
-            .next()?
+        let mut gaps = pairs.filter_map(|(k, i)| {
+            let normal = other.normals[i];
+            if !are_against(normal, self.normals[k]) {
+                return None;
+            }
+            let ends = [self.points[k], self.points[(k + 1) % n]];
+            let face = (normal, [other.points[i], other.points[(i + 1) % count]]);
+            Some((k, gap_between(face, ends, [flush, reach])?))
+        });
+        match gaps.next()? {
+            (k, gap) if gap > flush => self.grown(k, gap),
+            _ => Some(self.clone()),
+        }
     }
 
     /// With one face moved outwards, between the lines of the two beside it.
@@ -130,4 +162,26 @@ impl Exposed {
 /// Whether two unit vectors are the same but for rounding.
 fn is_same(one: Vec2, two: Vec2) -> bool {
     one.dot(&two) > 0.0 && one.perp(&two).abs() < 1e-9
+}
+
+/// Whether two faces with these normals look at each other.
+fn are_against(one: Vec2, two: Vec2) -> bool {
+    one.dot(&two) < 0.0 && one.perp(&two).abs() < TILT
+}
+
+/// How far \[m\] a face between two `ends` lies in front of one that looks at it, given by its normal and ends;
+/// `None` if the two are not parallel within `flush` \[m\] at the ends, overlap by more, are more than `reach` \[m\]
+/// apart, or lie beside each other but for less than this.
+fn gap_between(
+    (normal, [start, end]): (Vec2, [Vec2; 2]),
+    ends: [Vec2; 2],
+    [flush, reach]: [f64; 2],
+) -> Option<f64> {
+    let [one, two] = ends.map(|p| normal.dot(&(p - start)));
+    let along = (end - start).normalize();
+    let places = ends.map(|p| along.dot(&(p - start)));
+    let parallel = (one - two).abs() <= flush && one.min(two) >= -flush && one.max(two) <= reach;
+    let length = (end - start).norm();
+    let over = places[0].max(places[1]) > reach && places[0].min(places[1]) < length - reach;
+    (parallel && over).then_some(one.max(two))
 }

@@ -63,50 +63,6 @@ impl Part {
         matches!(&self.core, Core::Edge(edge) if edge.one_sided)
     }
 
-    /// Whether this is a box or polygon without rounded corners.
-    pub fn is_sharp_polygon(&self) -> bool {
-        self.rounding == 0.0 && matches!(self.core, Core::Box(_) | Core::Polygon(_))
-    }
-
-    /// Its corners and faces in the frame given by its pose, if it is a box or polygon without rounded corners.
-    pub fn sharp_polygon(&self, pose: &Pose64) -> Option<Polygon> {
-        let corners: &[Vec2] = match &self.core {
-            Core::Box(h) => &corners(*h),
-            Core::Polygon(polygon) => &polygon.points,
-            _ => return None,
-        };
-        let placed = corners.iter().map(|p| pose.apply(*p)).collect();
-        Polygon::new(placed).filter(|_| self.rounding == 0.0)
-    }
-
-    /// The part with what others leave exposed of it; `None` if that is all it had. `placed` is its
-    /// [`Part::sharp_polygon`] at `pose`, `others` are as in [`Exposed::new`], and `run` as in
-    /// [`Exposed::measure`]. `None` too if that is not `wanted`.
-    pub fn covered(
-        &self,
-        (pose, placed): (&Pose64, &Polygon),
-        others: &[(&Polygon, f64)],
-        run: impl Fn(Vec2, Beyond) -> f64,
-        wanted: impl FnOnce(&Exposed) -> bool,
-    ) -> Option<Part> {
-        let mut exposed = Exposed::new(placed, others).filter(wanted)?;
-        exposed.measure(|corner, beyond| run(placed.points[corner], beyond));
-        let polygon = self.sharp_polygon(&Pose64::new(Vec2::zeros(), 0.0))?;
-        // rounding may merge corners
-        let mut exposed = exposed.seen_from(pose);
-        if let Core::Polygon(before) = &self.core
-            && let Some(known) = &before.exposed
-        {
-            exposed.cover_also(known);
-        }
-        let exposed = Some(exposed);
-        let exposed = exposed.filter(|_| polygon.points.len() == placed.points.len());
-        Some(Part {
-            core: Core::Polygon(Polygon { exposed, ..polygon }.into()),
-            rounding: self.rounding,
-        })
-    }
-
     /// Whether this is a sharp segment with two sides.
     pub fn is_sheet(&self) -> bool {
         self.rounding == 0.0 && self.is_two_sided()
