@@ -6,12 +6,9 @@ use moreau2d::scene::Scene;
 
 /// Restitution, radius \[m\], place and speed of the first disc, mass, place and speed of the second, place and
 /// speed of the third: found by chance.
-const CHATTERS: [[f64; 9]; 4] = [
+const CHATTERS: [[f64; 9]; 3] = [
     [
         0.8, 0.02, -0.028262, 2.75021, 0.3, -0.073336, 1.375105, -0.113773, 4.681443,
-    ],
-    [
-        0.8, 0.02, -0.0520298, 2.280808, 0.3, -0.0970876, 1.140404, -0.1382462, 5.3282,
     ],
     [
         0.8, 0.05, -0.21482, 18.6924, 0.3, -0.41950, 9.3462, -0.58438, 39.8109,
@@ -92,6 +89,10 @@ fn rebounds_that_never_end_become_plastic() {
             .min(x[0] - x[1] - 2.0 * r)
             .min(x[1] - x[2] - 2.0 * r);
         assert!(apart > -0.2 * r, "{x1}: {apart} m, {x:?}");
+        // impact by impact, there are 44 to 539 and leave 0.033 of the speed of the third disc at most
+        let speeds = [1, 2, 3].map(|body| run.state(body).1.x);
+        let most = speeds.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        assert!(most < 0.035 * v3, "{x1}: {speeds:?} m/s");
     }
 }
 
