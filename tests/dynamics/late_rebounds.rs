@@ -6,7 +6,7 @@ use moreau2d::scene::Scene;
 
 /// Restitution, radius \[m\], place and speed of the first disc, mass, place and speed of the second, place and
 /// speed of the third: found by chance.
-const CHATTERS: [[f64; 9]; 3] = [
+const CHATTERS: [[f64; 9]; 4] = [
     [
         0.8, 0.02, -0.028262, 2.75021, 0.3, -0.073336, 1.375105, -0.113773, 4.681443,
     ],
@@ -15,6 +15,9 @@ const CHATTERS: [[f64; 9]; 3] = [
     ],
     [
         0.5, 0.05, -0.08343, 20.2953, 3.0, -0.19847, 10.1477, -0.45053, 46.7814,
+    ],
+    [
+        0.8, 0.02, -0.0520298, 2.280808, 0.3, -0.0970876, 1.140404, -0.1382462, 5.3282,
     ],
 ];
 

@@ -6,8 +6,7 @@
 pub(super) const FEW: usize = 8;
 
 /// Most rebounds of a pair in a cluster in a step; then the plain rule steps the rest. A cluster of several
-/// pairs may have as many for each, up to [`LANDINGS`]; one of up to [`FEW`] bodies, whose impacts are cheap, has
-/// these at once: a light body between two heavy ones hits them many times before it gets away.
+/// pairs may have as many for each, up to [`LANDINGS`].
 const EVENTS: usize = 4;
 /// Most impacts without rebound. After one of them the contact stays closed, so that they come to an
 /// end by themselves; the plain rule would leave an overlap where one closes in the first half of
@@ -18,10 +17,14 @@ const LANDINGS: usize = 16;
 /// faster, until both touch and the impact is that of both: after 20 where an interval is 0.4 of the
 /// one before.
 const CHATTER: usize = 64;
-/// So many last impacts within this share of a step follow each other ever faster: a light body between two others
-/// that come together.
+/// The same in a cluster of up to [`FEW`] bodies, whose impacts are cheap: a light body between two heavy ones hits
+/// them hundreds of times before it gets away, or before all of them move as one.
+const MANY: usize = 1024;
+/// So many last impacts within this share of a step, all of them slower than this share of the fastest one, look
+/// endless. What bodies lose that stick together then is about the square of that share of the energy.
 const LAST: usize = 8;
 const SHORT: f64 = 1.0 / 32.0;
+const SLOW: f64 = 1e-2;
 /// Most ends of slides of a cluster in a step.
 const STOPS: usize = 8;
 /// Most parts of curved paths of a cluster in a step.
@@ -38,8 +41,8 @@ pub(super) struct Counts {
     limit: usize,
     /// The surfaces that hit last.
     last: Option<[u32; 2]>,
-    /// Times of the impacts \[s\], the oldest first.
-    times: Vec<f64>,
+    /// Times \[s\] and approach speeds \[m/s\] of the impacts, the oldest first.
+    impacts: Vec<[f64; 2]>,
 }
 
 impl Counts {
@@ -52,7 +55,7 @@ impl Counts {
             again: 0,
             limit: CHATTER,
             last: None,
-            times: Vec::new(),
+            impacts: Vec::new(),
         }
     }
 
@@ -76,24 +79,35 @@ impl Counts {
         self.turns < TURNS
     }
 
-    /// Whether the last impacts followed each other so fast that they look endless, in a step of `dt` \[s\].
+    /// Whether the last impacts followed each other so fast, and were so slow, that they look endless, in a step of
+    /// `dt` \[s\].
     pub fn chatter(&self, dt: f64) -> bool {
-        let first = self.times.len().checked_sub(LAST);
-        first.is_some_and(|k| self.times[k + LAST - 1] - self.times[k] < SHORT * dt)
+        let speeds = |from: usize| {
+            self.impacts[from..]
+                .iter()
+                .map(|i| i[1])
+                .fold(0.0, f64::max)
+        };
+        self.impacts.len().checked_sub(LAST).is_some_and(|k| {
+            let taken = self.impacts[k + LAST - 1][0] - self.impacts[k][0];
+            taken < SHORT * dt && speeds(k) < SLOW * speeds(0)
+        })
     }
 
-    /// Counts an impact of these `surfaces` at a `time` \[s\] in a cluster of so many `bodies`; `lone` if two of
-    /// them touch nothing else. Returns whether it was one too many.
+    /// Counts an impact of these `surfaces` in a cluster of so many `bodies`; `lone` if two of them touch nothing
+    /// else. It came at a `time` \[s\] and `speed` \[m/s\] in a step of `dt` \[s\]. Returns whether it was one
+    /// too many.
     pub fn impact(
         &mut self,
         surfaces: [u32; 2],
         bodies: usize,
         [lone, rebounds]: [bool; 2],
-        time: f64,
+        [time, speed, dt]: [f64; 3],
     ) -> bool {
-        self.times.push(time);
+        self.impacts.push([time, speed]);
+        let few = bodies <= FEW;
         if !lone {
-            self.limit = match bodies <= FEW {
+            self.limit = match few {
                 true => LANDINGS,
                 false => (EVENTS * bodies / 2).clamp(EVENTS, LANDINGS),
             };
@@ -104,8 +118,10 @@ impl Counts {
             false => self.landings += 1,
         }
         self.last = Some(surfaces);
-        self.rebounds >= self.limit
-            || self.landings >= LANDINGS.max(self.limit)
-            || self.again >= CHATTER
+        let many = match few {
+            true => self.rebounds >= MANY || self.rebounds >= self.limit && self.chatter(dt),
+            false => self.rebounds >= self.limit,
+        };
+        many || self.landings >= LANDINGS.max(self.limit) || self.again >= CHATTER
     }
 }

@@ -4,7 +4,7 @@ use super::bounce::Bounce;
 use super::context::{Cluster, Context, Rest};
 use super::counts::FEW;
 use super::runner::Runner;
-use crate::contact::Vec2;
+use crate::contact::{Vec2, Vec3};
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts, Left};
 use crate::dynamics::events::touch_tolerance;
 use crate::dynamics::impacts::find_impacts;
@@ -84,7 +84,7 @@ impl Runner {
         record.events += 1;
         self.bounced = participants.lone.then(|| Bounce {
             key,
-            velocity: self.velocity_after(key),
+            velocity: self.velocity(key, &self.hit.end),
             time: rest.at,
         });
         if participants.lone {
@@ -95,11 +95,16 @@ impl Runner {
         [participants.lone, solved]
     }
 
-    /// Normal velocity \[m/s\] of a contact after the impact.
-    fn velocity_after(&self, key: ContactKey) -> f64 {
+    /// Speed \[m/s\] at which a contact closes before the impact.
+    pub(super) fn approach(&self, key: ContactKey) -> f64 {
+        -self.velocity(key, &self.instant.start)
+    }
+
+    /// Normal velocity \[m/s\] of a contact with some velocities of the bodies.
+    fn velocity(&self, key: ContactKey, velocities: &[Vec3]) -> f64 {
         let mut contacts = self.instant.detection.contacts.iter();
         let contact = contacts.find(|c| c.key == key);
-        contact.map_or(0.0, |c| c.rows.velocity(&self.hit.end).x)
+        contact.map_or(0.0, |c| c.rows.velocity(velocities).x)
     }
 
     /// Finds which contacts take part in the impact at `key`, and how.

@@ -218,10 +218,16 @@ impl Runner {
     ) -> bool {
         self.forget_sticking(context);
         let bodies = cluster.bodies.len();
+        let speed = self.approach(key);
         let [lone, solved] = self.impact(solver, context, key, rest, bodies);
         let rebounds = self.instant.blocks.iter().any(|b| b.impact);
         // what no impulses solve closes all the same, and would do so for ever
-        let many = counts.impact(surfaces, bodies, [lone, rebounds], rest.at);
+        let many = counts.impact(
+            surfaces,
+            bodies,
+            [lone, rebounds],
+            [rest.at, speed, context.dt],
+        );
         self.fresh = false;
         self.settle_hit(model, context);
         self.hold_landed();
