@@ -1,6 +1,6 @@
 //! The record of a step: the input of every report, chart and wear law.
 
-use super::model::JointPart;
+use super::model::{Configuration, JointPart};
 pub use super::surface_point::SurfacePoint;
 use crate::contact::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -211,6 +211,17 @@ impl StepEnergy {
     }
 }
 
+/// A place of a body inside a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Waypoint {
+    /// The model's number.
+    pub body: u32,
+    /// \[s\].
+    pub time: f64,
+    /// In the model's own numbers.
+    pub place: Configuration,
+}
+
 /// One step of a simulation.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepRecord {
@@ -226,6 +237,8 @@ pub struct StepRecord {
     pub contacts: Vec<ContactRecord>,
     /// Impacts that ended in this step, by time. A peer engine reports none.
     pub impacts: Vec<ImpactRecord>,
+    /// Where bodies were when impacts located in the step turned them; those of a body by time.
+    pub waypoints: Vec<Waypoint>,
     /// Bodies whose contacts a peer engine found but could not report: some contacts are missing
     /// above.
     pub unread: usize,
@@ -317,6 +330,7 @@ impl StepRecord {
     pub(super) fn add(&mut self, part: &StepRecord) {
         self.contacts.extend_from_slice(&part.contacts);
         self.impacts.extend_from_slice(&part.impacts);
+        self.waypoints.extend_from_slice(&part.waypoints);
         self.joints.extend_from_slice(&part.joints);
         self.drag.extend_from_slice(&part.drag);
         self.islands += part.islands;

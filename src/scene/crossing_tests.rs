@@ -1,5 +1,6 @@
 use super::super::Scene;
 use super::super::overlap::Overlaps;
+use super::super::passing::Via;
 use super::*;
 
 /// Bug: an outline of two-sided segments that lay on a line was said to have passed it, by 1e-7 m.
@@ -15,7 +16,10 @@ fn an_outline_that_lies_on_a_line_passes_nothing() {
         let still = Pose64::new(Vec2::zeros(), 0.0);
         let count = |(k, y): (usize, &f64)| {
             let moved = Pose64::new(Vec2::new(0.01 * k as f64, *y), 1e-6 * k as f64);
-            let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+            let measured = overlaps.measure(
+                |body| Some(if body == 1 { moved } else { still }),
+                &Via::default(),
+            );
             measured.passed.len()
         };
         depths.iter().enumerate().map(count).sum::<usize>()
@@ -39,7 +43,10 @@ fn a_flat_sheet_passes_a_line() {
         let still = Pose64::new(Vec2::zeros(), 0.0);
         let count = |[x, y]: &[f64; 2]| {
             let moved = Pose64::new(Vec2::new(*x, *y), tilt);
-            let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+            let measured = overlaps.measure(
+                |body| Some(if body == 1 { moved } else { still }),
+                &Via::default(),
+            );
             measured.passed.len()
         };
         places.iter().map(count).sum::<usize>()
@@ -72,7 +79,10 @@ fn a_ridge_that_comes_a_little_through_a_sheet_and_back_does_not_pass() {
         let still = Pose64::new(Vec2::zeros(), 0.0);
         let count = |(k, y): (usize, &f64)| {
             let moved = Pose64::new(Vec2::new(0.1 * k as f64 - 0.2, *y), 0.0);
-            let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+            let measured = overlaps.measure(
+                |body| Some(if body == 1 { moved } else { still }),
+                &Via::default(),
+            );
             measured.passed.len()
         };
         heights.iter().enumerate().map(count).sum::<usize>()
@@ -114,7 +124,10 @@ fn a_segment_slips_lengthwise_through_an_outline() {
     let passed = poses.map(|[turn, x, y, angle]| {
         let ring = Pose64::new(Vec2::zeros(), turn);
         let moved = Pose64::new(Vec2::new(x, y), angle);
-        let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { ring }));
+        let measured = overlaps.measure(
+            |body| Some(if body == 1 { moved } else { ring }),
+            &Via::default(),
+        );
         measured.passed.len()
     });
     assert!(passed.iter().sum::<usize>() > 0, "{passed:?}");
@@ -132,7 +145,10 @@ fn outline_on_a_bend(places: &[[f64; 2]]) -> usize {
     let still = Pose64::new(Vec2::zeros(), 0.0);
     let count = |[x, y]: &[f64; 2]| {
         let moved = Pose64::new(Vec2::new(*x, *y), 0.0);
-        let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+        let measured = overlaps.measure(
+            |body| Some(if body == 1 { moved } else { still }),
+            &Via::default(),
+        );
         measured.passed.len()
     };
     places.iter().map(count).sum()

@@ -4,7 +4,7 @@
 use super::convex::{gap, hull, width};
 use super::crossing::Crossing;
 use super::lasting::{Deepest, Lasting};
-use super::passing::Passing;
+use super::passing::{Passing, Via, Way};
 use super::slabs::slabs;
 use super::{Body, BodyKind, Joint, Shape};
 use crate::contact::Vec2;
@@ -155,8 +155,8 @@ impl Overlaps {
     }
 
     /// Measures the bodies at their poses after a step; the first call records the overlaps of the
-    /// start.
-    pub fn measure(&mut self, pose: impl Fn(usize) -> Option<Pose64>) -> Measured {
+    /// start. Between the poses bodies go straight, or by way of the places `via`.
+    pub fn measure(&mut self, pose: impl Fn(usize) -> Option<Pose64>, via: &Via) -> Measured {
         let poses = (0..self.sizes.len()).map(pose).collect();
         let before = std::mem::replace(&mut self.poses, poses);
         let started = !before.is_empty();
@@ -184,7 +184,12 @@ impl Overlaps {
             self.lasting.step();
             let (leaves, tied) = (&self.leaves, &self.tied);
             let thick = |i, j| counts(leaves, tied, i, j) && !are_sheets(leaves, i, j);
-            let mut passed = self.passing.step(leaves, &before, &self.poses, thick);
+            let way = Way {
+                before: &before,
+                now: &self.poses,
+                via,
+            };
+            let mut passed = self.passing.step(leaves, way, thick);
             passed.append(&mut self.crossing.step(&before, &self.poses));
             measured.passed = passed.into_iter().collect();
         }

@@ -18,8 +18,51 @@ const APART: f64 = 0.01;
 /// Largest number of poses that are tested on a path.
 const MOST_SAMPLES: f64 = 256.0;
 
+/// For some bodies their poses inside a step, each after a share of it, ascending.
+pub(super) type Via = FxHashMap<u32, Vec<(f64, Pose64)>>;
+
+/// How all bodies go through a step.
+#[derive(Clone, Copy)]
+pub(super) struct Way<'a> {
+    pub before: &'a [Option<Pose64>],
+    pub now: &'a [Option<Pose64>],
+    pub via: &'a Via,
+}
+
+impl Way<'_> {
+    /// The poses of the bodies of two leaves where either of them turns.
+    fn places(&self, pair: [&Leaf; 2]) -> Option<Vec<[Pose64; 2]>> {
+        let bodies = pair.map(|leaf| leaf.body);
+        let [from, to] = [self.before, self.now].map(|poses| {
+            let [a, b] = bodies.map(|body| poses[body as usize]);
+            Some([a?, b?])
+        });
+        let (from, to) = (from?, to?);
+        let via = bodies.map(|body| self.via.get(&body).map_or(&[][..], |via| via));
+        if via.iter().all(|via| via.is_empty()) {
+            return Some(vec![from, to]);
+        }
+        let ways = [0, 1].map(|k| [&[(0.0, from[k])], via[k], &[(1.0, to[k])]].concat());
+        let mut shares: Vec<f64> = ways.iter().flatten().map(|(share, _)| *share).collect();
+        shares.sort_unstable_by(f64::total_cmp);
+        shares.dedup();
+        let at = |way: &[(f64, Pose64)], share: f64| {
+            let next = way.partition_point(|(end, _)| *end < share);
+            let (after, to) = way[next];
+            match next.checked_sub(1).map(|k| way[k]) {
+                Some((before, from)) => between(&from, &to, (share - before) / (after - before)),
+                None => to,
+            }
+        };
+        let places = shares
+            .iter()
+            .map(|share| [at(&ways[0], *share), at(&ways[1], *share)]);
+        Some(places.collect())
+    }
+}
+
 /// Finds pairs of leaves that were apart before, are apart now, and were deep inside each other on
-/// the straight path between the two poses. On this path translation and angle are proportional to
+/// the path between the two poses, straight but for the places where impacts turned them. On this path translation and angle are proportional to
 /// time.
 ///
 /// A pair that begins to overlap is followed from the last poses at which it was apart, for a window
@@ -89,51 +132,46 @@ impl Passing {
     pub fn step(
         &mut self,
         leaves: &[Leaf],
-        before: &[Option<Pose64>],
-        now: &[Option<Pose64>],
+        way: Way,
         counts: impl Fn(u32, u32) -> bool,
     ) -> BTreeSet<[u32; 2]> {
         let mut passed = BTreeSet::new();
         let (step, window) = (self.step, self.window);
         for (&(i, j), known) in &mut self.followed {
             let pair = [&leaves[i as usize], &leaves[j as usize]];
-            let at = |poses: &[Option<Pose64>]| {
-                let [a, b] = pair.map(|leaf| poses[leaf.body as usize]);
-                Some([a?, b?])
-            };
-            if let (false, Some(from), Some(to)) = (known.deep, at(before), at(now)) {
-                known.deep = is_deep(pair, from, to);
+            if let (false, Some(places)) = (known.deep, way.places(pair)) {
+                known.deep = is_deep_on(pair, &places);
             }
         }
         let followed = &self.followed;
-        let mut note = |i: u32, j: u32, from: [Pose64; 2], to: [Pose64; 2]| {
+        let mut note = |i: u32, j: u32, places: &[[Pose64; 2]]| {
             let pair = [&leaves[i as usize], &leaves[j as usize]];
-            if passes(pair, from, to) {
+            if passes(pair, places) {
                 let bodies = pair.map(|leaf| leaf.body);
                 passed.insert([bodies[0].min(bodies[1]), bodies[0].max(bodies[1])]);
             }
         };
-        for (i, j) in crossed(leaves, before, now) {
-            let at = |poses: &[Option<Pose64>]| {
-                let [a, b] = [i, j].map(|k| poses[leaves[k as usize].body as usize]);
-                Some([a?, b?])
-            };
+        for (i, j) in crossed(leaves, way) {
+            let pair = [&leaves[i as usize], &leaves[j as usize]];
             let counts = !followed.contains_key(&(i, j)) && counts(i, j);
-            if let (true, Some(from), Some(to)) = (counts, at(before), at(now)) {
-                note(i, j, from, to);
+            if let (true, Some(places)) = (counts, way.places(pair)) {
+                note(i, j, &places);
             }
         }
         let parted = (followed.iter()).filter(|(_, known)| known.last < step && known.deep);
         for (&(i, j), known) in parted {
-            let [a, b] = [i, j].map(|k| now[leaves[k as usize].body as usize]);
+            let [a, b] = [i, j].map(|k| way.now[leaves[k as usize].body as usize]);
             if let (Some(a), Some(b)) = (a, b) {
-                note(i, j, known.from, [a, b]);
+                note(i, j, &[known.from, [a, b]]);
                 // a bar on a pin turns past a post: the post passes the bar on a straight path, seen from it
                 // a disc that turns about its centre passes nothing
                 let round = |base: &usize| leaves[[i, j][*base] as usize].core.len() == 1;
                 for base in (0..2).filter(|base| !round(base)) {
-                    let [from, to] = [known.from, [a, b]].map(|poses| seen_from(base, poses));
-                    note(i, j, from, to);
+                    note(
+                        i,
+                        j,
+                        &[known.from, [a, b]].map(|poses| seen_from(base, poses)),
+                    );
                 }
             }
         }
@@ -146,7 +184,8 @@ impl Passing {
 
 /// Pairs of leaves, the smaller number first, whose boxes over the whole step meet and of which one
 /// moved by more than a quarter of its thickness.
-fn crossed(leaves: &[Leaf], before: &[Option<Pose64>], now: &[Option<Pose64>]) -> Vec<(u32, u32)> {
+fn crossed(leaves: &[Leaf], way: Way) -> Vec<(u32, u32)> {
+    let Way { before, now, via } = way;
     let fast: Vec<bool> = leaves
         .iter()
         .map(|leaf| {
@@ -155,6 +194,7 @@ fn crossed(leaves: &[Leaf], before: &[Option<Pose64>], now: &[Option<Pose64>]) -
                 return false;
             };
             travel(leaf, [from, to]) > INSIDE * leaf.thickness && from != to
+                || via.contains_key(&leaf.body)
         })
         .collect();
     if !fast.contains(&true) {
@@ -170,10 +210,12 @@ fn crossed(leaves: &[Leaf], before: &[Option<Pose64>], now: &[Option<Pose64>]) -
         // the centre moves on an arc: its distance from the chord is at most the arc's height
         let height = leaf.centre.norm() * (1.0 - (0.5 * turn(&from, &to)).cos());
         let r = leaf.radius_of_all + height;
-        boxes.push((
-            k as u32,
-            [a.inf(&b).add_scalar(-r), a.sup(&b).add_scalar(r)],
-        ));
+        let (mut low, mut high) = (a.inf(&b), a.sup(&b));
+        for (_, pose) in via.get(&leaf.body).into_iter().flatten() {
+            let centre = pose.apply(leaf.centre);
+            (low, high) = (low.inf(&centre), high.sup(&centre));
+        }
+        boxes.push((k as u32, [low.add_scalar(-r), high.add_scalar(r)]));
     }
     boxes.sort_by(|a, b| a.1[0].x.total_cmp(&b.1[0].x));
     let mut found = Vec::new();
@@ -224,14 +266,22 @@ fn thinner([a, b]: [&Leaf; 2]) -> f64 {
     }
 }
 
-/// Whether two leaves, apart at both ends of a straight path, were inside each other on it.
-fn passes(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
+/// Whether two leaves, apart at both ends of a path, were inside each other on it.
+fn passes(pair: [&Leaf; 2], places: &[[Pose64; 2]]) -> bool {
+    let (from, to) = (places[0], places[places.len() - 1]);
     let apart = |poses: [Pose64; 2]| depth(pair, poses) <= APART * thinner(pair);
-    way(pair, from, to) > INSIDE * thinner(pair)
+    let ways = places.windows(2).map(|ends| way(pair, ends[0], ends[1]));
+    ways.sum::<f64>() > INSIDE * thinner(pair)
         && !is_behind(pair, from)
         && apart(from)
         && apart(to)
-        && is_deep(pair, from, to)
+        && is_deep_on(pair, places)
+}
+
+/// Whether two leaves were inside each other on a path that is straight between these places.
+fn is_deep_on(pair: [&Leaf; 2], places: &[[Pose64; 2]]) -> bool {
+    let mut pieces = places.windows(2);
+    pieces.any(|ends| is_deep(pair, ends[0], ends[1]))
 }
 
 /// How far \[m\] any point of one leaf moves seen from the other: a translation of both changes nothing.

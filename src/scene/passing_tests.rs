@@ -21,7 +21,10 @@ fn passages(shape: &str, poses: &[[f64; 3]]) -> Vec<(usize, [u32; 2])> {
     for (k, [x, y, angle]) in poses.iter().enumerate() {
         let still = Pose64::new(Vec2::zeros(), 0.0);
         let moved = Pose64::new(Vec2::new(*x, *y), *angle);
-        let measured = overlaps.measure(|body| Some(if body == 2 { moved } else { still }));
+        let measured = overlaps.measure(
+            |body| Some(if body == 2 { moved } else { still }),
+            &Via::default(),
+        );
         found.extend(measured.passed.into_iter().map(|pair| (k, pair)));
     }
     found
@@ -111,7 +114,10 @@ fn a_bar_on_a_pin_turns_past_a_post() {
     ];
     let passed = bar.map(|[x, y, angle]| {
         let bar = Pose64::new(Vec2::new(x, y), angle);
-        let measured = overlaps.measure(|body| Some(if body == 0 { post } else { bar }));
+        let measured = overlaps.measure(
+            |body| Some(if body == 0 { post } else { bar }),
+            &Via::default(),
+        );
         measured.passed.len()
     });
     assert_eq!(passed, [0, 0, 1]);
@@ -138,7 +144,10 @@ fn a_closed_outline_passes_an_open_line() {
     ];
     let passed = poses.map(|[x, y, angle]| {
         let moved = Pose64::new(Vec2::new(x, y), angle);
-        let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+        let measured = overlaps.measure(
+            |body| Some(if body == 1 { moved } else { still }),
+            &Via::default(),
+        );
         measured.passed.len()
     });
     assert_eq!(passed.iter().sum::<usize>(), 1, "{passed:?}");
@@ -162,7 +171,10 @@ fn what_stays_inside_lasts() {
         let x = if k == 0 { -3.0 } else { -0.15 };
         let still = Pose64::new(Vec2::zeros(), 0.0);
         let moved = Pose64::new(Vec2::new(x, 0.0), 0.0);
-        let measured = overlaps.measure(|body| Some(if body == 2 { moved } else { still }));
+        let measured = overlaps.measure(
+            |body| Some(if body == 2 { moved } else { still }),
+            &Via::default(),
+        );
         assert_eq!(measured.passed, [] as [[u32; 2]; 0]);
     }
     let (ratio, pair) = overlaps.lasting();

@@ -2,6 +2,7 @@
 
 use super::lasting::Deepest;
 use super::overlap::{Measured, Overlaps};
+use super::passing::Via;
 use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
@@ -189,10 +190,38 @@ impl Built {
         &mut self,
         state: impl Fn(&Built, usize) -> Option<(Pose64, Vec3)>,
     ) -> Option<Measured> {
+        self.measure_along(state, &Via::default())
+    }
+
+    fn measure_along(
+        &mut self,
+        state: impl Fn(&Built, usize) -> Option<(Pose64, Vec3)>,
+        via: &Via,
+    ) -> Option<Measured> {
         let mut overlaps = self.overlaps.take()?;
-        let measured = overlaps.measure(|k| Some(state(self, k)?.0));
+        let measured = overlaps.measure(|k| Some(state(self, k)?.0), via);
         self.overlaps = Some(overlaps);
         Some(measured)
+    }
+
+    /// The places of the scene's bodies inside a step.
+    fn via(&self, record: &StepRecord) -> Via {
+        let mut via = Via::default();
+        let count = match &self.world {
+            World::Rapier { bodies, .. } if !record.waypoints.is_empty() => bodies.len(),
+            _ => return via,
+        };
+        for k in 0..count {
+            let number = self.number(k);
+            let own = record.waypoints.iter().filter(|w| Some(w.body) == number);
+            let share = |time: f64| 1.0 - (record.time - time) / record.dt;
+            let own = own.map(|w| (share(w.time), Pose64::from_numbers(&w.place)));
+            let own: Vec<_> = own.collect();
+            if !own.is_empty() {
+                via.insert(k as u32, own);
+            }
+        }
+        via
     }
 
     /// As [`Built::measure`], into the record of the step.
@@ -201,7 +230,8 @@ impl Built {
         record: &mut StepRecord,
         state: impl Fn(&Built, usize) -> Option<(Pose64, Vec3)>,
     ) {
-        let Some(measured) = self.measure(state) else {
+        let via = self.via(record);
+        let Some(measured) = self.measure_along(state, &via) else {
             return;
         };
         record.penetration = measured.worst;

@@ -2,19 +2,19 @@
 
 use super::context::{Cluster, Context};
 use super::counts::FEW;
+use super::meetings::meetings;
 use super::runner::Runner;
 use super::slides::ended_slides;
-use super::watched::{is_crowded, near_enough, way};
-use crate::contact::{NO_BODY, Vec2, Vec3};
+use super::watched::near_enough;
+use crate::contact::{NO_BODY, Vec2};
 use crate::dynamics::cut_links::CutLink;
-use crate::dynamics::events::{crossing, detect_at, may_close, touch_tolerance};
+use crate::dynamics::events::{crossing, may_close};
 use crate::dynamics::interval::{Source, movable};
 use crate::dynamics::islands::Islands;
 use crate::dynamics::model::{Configuration, ContactPoint, MultibodyModel, NormalLaw};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 use crate::dynamics::wide_turns::wide_turns;
-use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
 
 /// Steps every cluster of bodies in which a contact closes or rebounds late, a slide ends
@@ -123,8 +123,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
             }
         }
         done.sort_by_key(|cluster| cluster.bodies[0]);
-        let mut met = collisions(&done, context);
-        met.extend(meetings(model, &done, context)?);
+        let met = meetings(model, &done, context)?;
         if met.is_empty() {
             return Ok(done);
         }
@@ -161,92 +160,4 @@ fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32
 /// Whether a body of the pair is one of these, ascending.
 fn is_of(bodies: &[u32], pair: &[u32; 2]) -> bool {
     pair.iter().any(|body| bodies.binary_search(body).is_ok())
-}
-
-/// For each body the number of its cluster, or [`NO_BODY`], and its displacement from the midpoint to the
-/// end of the step, where the midpoint is that of the trial.
-fn paths(done: &[Cluster], context: &Context) -> (Vec<u32>, Vec<Vec3>) {
-    let start = &context.main.start;
-    let mut owner = vec![NO_BODY; start.len()];
-    let end = context.trial.end.iter();
-    let mut moved: Vec<Vec3> = end.map(|u| 0.5 * context.dt * u).collect();
-    for (k, cluster) in done.iter().enumerate() {
-        for (&body, d) in cluster.bodies.iter().zip(&cluster.displacement) {
-            owner[body as usize] = k as u32;
-            moved[body as usize] = d - 0.5 * context.dt * start[body as usize];
-        }
-    }
-    (owner, moved)
-}
-
-/// Contacts between a cluster and a body outside it that overlap at the end, on the paths of both.
-fn collisions(done: &[Cluster], context: &Context) -> Vec<[u32; 2]> {
-    let main = context.main;
-    let (owner, moved) = paths(done, context);
-    let outside = |contact: &ContactPoint| {
-        let [a, b] = movable(contact.rows.bodies, context.inverse_mass);
-        if a == NO_BODY || b == NO_BODY || owner[a as usize] == owner[b as usize] {
-            return None;
-        }
-        let start = contact.gap - 0.5 * context.dt * contact.rows.velocity(&main.start).x;
-        let end = contact.gap + contact.rows.velocity(&moved).x;
-        let touch = touch_tolerance(contact, main, context.dt);
-        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-        (rigid && end < start.min(0.0) - touch).then_some([a, b])
-    };
-    main.detection.contacts.iter().filter_map(outside).collect()
-}
-
-/// Pairs of a cluster and a body outside it that show no contact at the midpoint, and overlap at the end.
-fn meetings<M: MultibodyModel + ?Sized>(
-    model: &mut M,
-    done: &[Cluster],
-    context: &Context,
-) -> Result<Vec<[u32; 2]>, StepError> {
-    let (main, mut met) = (context.main, Vec::new());
-    let (owner, moved) = paths(done, context);
-    // without events the pairs are near those that rebound late
-    let located = |body: u32| {
-        let of = |cluster: &Cluster| cluster.located;
-        done.get(owner[body as usize] as usize).is_some_and(of)
-    };
-    let known: FxHashSet<[u32; 2]> = main.detection.contacts.iter().map(|c| c.surfaces).collect();
-    for near in &main.detection.near {
-        let [a, b] = movable(near.bodies, context.inverse_mass);
-        if a == NO_BODY
-            || b == NO_BODY
-            || !located(a) && !located(b)
-            || owner[a as usize] == owner[b as usize]
-            || known.contains(&near.surfaces)
-            || is_crowded(main, near)
-            || way(near, &moved) <= near.bound
-        {
-            continue;
-        }
-        // the bodies of clusters are at the end already
-        let bodies = vec![a, b];
-        let free = bodies.iter().filter(|b| owner[**b as usize] == NO_BODY);
-        let free: Vec<_> = free.map(|b| (*b, at_end(model, *b, context))).collect();
-        let place = |body: u32| free.iter().find(|p| p.0 == body).map(|p| p.1);
-        let found = detect_at(model, &[near.surfaces], bodies, place, context.dt)?;
-        let overlaps = |c: &ContactPoint| c.gap < -touch_tolerance(c, main, context.dt);
-        if found.contacts.iter().any(overlaps) {
-            met.push([a, b]);
-        }
-    }
-    Ok(met)
-}
-
-/// Configuration at the end of the step of a body in no cluster, which is at its midpoint.
-fn at_end<M: MultibodyModel + ?Sized>(
-    model: &mut M,
-    body: u32,
-    context: &Context,
-) -> Configuration {
-    let k = body as usize;
-    let middle = model.configuration(k);
-    model.shift(k, &context.trial.end[k], 0.5 * context.dt);
-    let end = model.configuration(k);
-    model.set_configuration(k, &middle);
-    end
 }

@@ -52,6 +52,8 @@ pub(in crate::dynamics) struct Cluster {
     pub end: Vec<Vec3>,
     pub configuration: Vec<Configuration>,
     pub displacement: Vec<Vec3>,
+    /// Ends \[s\] of its intervals, from the start of the step, and the displacements until then.
+    pub path: Vec<(f64, Vec<Vec3>)>,
     /// Their shares of the reserves of their islands \[J\]; empty where none are kept.
     pub reserves: Vec<f64>,
     pub record: StepRecord,
@@ -92,6 +94,7 @@ impl Cluster {
             end: Vec::new(),
             configuration: Vec::new(),
             displacement: vec![Vec3::zeros(); bodies.len()],
+            path: Vec::new(),
             bodies,
             reserves: Vec::new(),
             record: StepRecord::default(),

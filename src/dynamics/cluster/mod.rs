@@ -8,6 +8,7 @@ mod context;
 mod counts;
 mod held;
 mod instant;
+mod meetings;
 mod records;
 mod runner;
 mod search;

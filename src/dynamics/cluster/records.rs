@@ -27,5 +27,7 @@ impl Runner {
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
             *d += 0.5 * interval.length * (interval.start[b as usize] + solution.end[b as usize]);
         }
+        let elapsed = time - context.time;
+        cluster.path.push((elapsed, cluster.displacement.clone()));
     }
 }

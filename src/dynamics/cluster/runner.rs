@@ -13,7 +13,7 @@ use crate::dynamics::interval::Interval;
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel, NearWanted};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::pulled_links::find_links;
-use crate::dynamics::record::StepRecord;
+use crate::dynamics::record::{StepRecord, Waypoint};
 use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
@@ -232,6 +232,14 @@ impl Runner {
         self.settle_hit(model, context);
         self.hold_landed();
         self.here = places(model, &self.moved);
+        let here = cluster.bodies.iter().zip(&self.here);
+        self.record
+            .waypoints
+            .extend(here.map(|(&body, &place)| Waypoint {
+                body,
+                time: rest.at,
+                place,
+            }));
         std::mem::swap(&mut self.interval.start, &mut self.hit.end);
         many || !solved
     }

@@ -81,11 +81,6 @@ pub(super) fn speeds(near: &NearPair, velocities: [&[Vec3]; 2]) -> [f64; 2] {
     [straight, turning]
 }
 
-/// Bound of the way \[m\] by which two bodies that move like this approach each other.
-pub(super) fn way(near: &NearPair, moved: &[Vec3]) -> f64 {
-    speeds(near, [moved, moved]).iter().sum()
-}
-
 /// The pairs of the whole step without deferred contacts that are near enough to meet in it.
 pub(super) fn near_enough(main: &Interval, trial: &Solution) -> Vec<NearPair> {
     if main.detection.near.is_empty() {
