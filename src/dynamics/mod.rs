@@ -52,6 +52,7 @@ mod debts;
 mod driven;
 mod energy_bound;
 mod events;
+mod farther;
 mod first_step;
 mod gap_resolution;
 mod impacts;

@@ -197,6 +197,9 @@ pub struct Detection {
     pub near: Vec<NearPair>,
     /// Which pairs `near` is to hold. Set by the caller.
     pub wants_near: NearWanted,
+    /// Displacements [m, m, rad] of all bodies that impacts of the step are known to make, to which the model
+    /// looks at least; empty if none are known. Set by the caller.
+    pub moved: Vec<Vec3>,
 }
 
 impl Detection {
@@ -321,6 +324,12 @@ pub trait MultibodyModel {
     /// # Errors
     /// [`ModelError`].
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError>;
+
+    /// Whether the last [`MultibodyModel::detect`] has found all that a body may meet if it moves by `moved`
+    /// [m, m, rad] from there. Impacts may take it farther than its velocity at the start of the step.
+    fn reaches(&self, _body: usize, _moved: &Vec3) -> bool {
+        true
+    }
 
     /// Contacts between these pairs of surfaces, numbered and ordered as in
     /// [`MultibodyModel::detect`], without joints. Event location calls this often: provide a

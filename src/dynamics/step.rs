@@ -6,6 +6,7 @@ use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::{Overlaps, PulledLink};
 use super::cut_links::{CutLink, links_to_cut, parts_suffice};
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
+use super::farther;
 use super::first_step::cache_touching;
 use super::gap_resolution::widen_gap_noise;
 use super::interval::Interval;
@@ -31,6 +32,16 @@ pub(crate) struct BegunStep {
     rules: Rules,
     /// That of the whole step once it is finished.
     pub record: StepRecord,
+}
+
+/// What a step has besides its solution.
+struct SolvedStep {
+    /// The pairs to move apart after it.
+    overlaps: Option<Overlaps>,
+    /// Links under tension, each with its body.
+    links: Vec<(usize, PulledLink)>,
+    /// Bodies that were stepped by themselves.
+    clusters: Vec<Cluster>,
 }
 
 impl MoreauStepper {
@@ -99,7 +110,22 @@ impl MoreauStepper {
         };
         record.energy.potential_start = model.potential_energy();
         record.energy.kinetic_start = kinetic(&interval.start, &self.inverse_mass);
+        interval.detection.moved.clear();
         self.begin_rest(model, dt);
+        if let Err(error) = self.look(model, &rules, dt) {
+            self.cancel(model);
+            return Err(error.into());
+        }
+        Ok(BegunStep { rules, record })
+    }
+
+    /// Moves the bodies to the midpoint and detects the contacts there.
+    pub(super) fn look<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        dt: f64,
+    ) -> Result<(), ModelError> {
         model.advance(0.5 * dt);
         // contacts that close together must be detected one step earlier: see `find_crowds`
         let ahead = if rules.events && self.cache.lands {
@@ -113,15 +139,12 @@ impl MoreauStepper {
             false if rules.corrects_gaps() => NearWanted::Rebounding,
             false => NearWanted::None,
         };
-        if let Err(error) = self.detect(model, ahead) {
-            self.cancel(model);
-            return Err(error.into());
-        }
+        self.detect(model, ahead)?;
         let interval = &mut self.interval;
         let links = &self.cache.links;
         let in_parts = parts_suffice(links, dt);
         self.stiff = stiffen(links, in_parts, interval, &mut self.inverse_mass, dt);
-        Ok(BegunStep { rules, record })
+        Ok(())
     }
 
     /// Finds which islands rest in this step, and makes their bodies immovable.
@@ -228,20 +251,19 @@ impl MoreauStepper {
         record: &mut StepRecord,
     ) -> Result<(), StepError> {
         let dt = record.dt;
-        let overlaps = self.set_up(model, rules, dt)?;
-        self.solve(rules, dt)?;
-        self.solve_driven(model, rules, record)?;
-        if self.interval.first {
-            self.solve_again(model, rules, record)?;
+        let mut solved = self.solve_all(model, rules, record)?;
+        for _ in 0..farther::ROUNDS {
+            if !rules.corrects_gaps() || !self.moves_too_far(model, &solved.clusters, dt) {
+                break;
+            }
+            self.begin_again(model, rules, record)?;
+            solved = self.solve_all(model, rules, record)?;
         }
-        let (mut links, cuts) = self.cut_links(model, rules, dt);
-        let mut late = Vec::new();
-        if !rules.events && rules.corrects_gaps() {
-            let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
-            late = late_rebounds(model, interval, solution, w);
-            late.extend(turned_impacts(model, interval, solution, w, &self.origin)?);
-        }
-        let mut clusters = self.locate(model, rules, &cuts, &late, dt)?;
+        let SolvedStep {
+            overlaps,
+            mut links,
+            mut clusters,
+        } = solved;
         for cut in clusters.iter().filter(|c| !c.links.is_empty()) {
             links.retain(|(body, _)| !cut.bodies.contains(&(*body as u32)));
         }
@@ -280,6 +302,35 @@ impl MoreauStepper {
         self.solver.clock.lap(|t| &mut t.record);
         self.time += dt;
         Ok(())
+    }
+
+    /// Solves the step from its detection on.
+    fn solve_all<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        record: &mut StepRecord,
+    ) -> Result<SolvedStep, StepError> {
+        let dt = record.dt;
+        let overlaps = self.set_up(model, rules, dt)?;
+        self.solve(rules, dt)?;
+        self.solve_driven(model, rules, record)?;
+        if self.interval.first {
+            self.solve_again(model, rules, record)?;
+        }
+        let (links, cuts) = self.cut_links(model, rules, dt);
+        let mut late = Vec::new();
+        if !rules.events && rules.corrects_gaps() {
+            let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
+            late = late_rebounds(model, interval, solution, w);
+            late.extend(turned_impacts(model, interval, solution, w, &self.origin)?);
+        }
+        let clusters = self.locate(model, rules, &cuts, &late, dt)?;
+        Ok(SolvedStep {
+            overlaps,
+            links,
+            clusters,
+        })
     }
 
     /// Sets up the interval of the step. Returns the pairs to move apart after it.

@@ -181,6 +181,10 @@ impl MultibodyModel for RapierModel<'_> {
         self.find(dt, Some(self.dt), out)
     }
 
+    fn reaches(&self, body: usize, moved: &Vec3) -> bool {
+        self.detector.reaches(body as u32, moved)
+    }
+
     fn detect_pairs(
         &mut self,
         pairs: &[[u32; 2]],

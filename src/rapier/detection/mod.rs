@@ -49,7 +49,7 @@ use colliders::{Colliders, Known};
 use covers::Covers;
 use grid::Grid;
 pub(super) use hooks::Hooks;
-use leaves::Leaves;
+use leaves::{Leaf, Leaves};
 use pairs::{Finder, Pairs};
 use rustc_hash::FxHashSet;
 pub(super) use scratch::EventContact;
@@ -111,6 +111,8 @@ pub(super) struct Detector {
     span: Span,
     /// Per body, in this step.
     present: Vec<Present>,
+    /// How far the last full pass has looked for each body because of its own motion \[m\].
+    looked: Vec<f64>,
     /// Counts the changes of surface laws.
     laws: u64,
     /// The threads that share a pass over all pairs.
@@ -180,7 +182,13 @@ impl Detector {
         self.present.clear();
         let all = 0..bodies.list.len() as u32;
         self.present.extend(all.map(|k| Present::of(bodies, k)));
-        self.look_ahead(Span::new(&self.present, acceleration, dt));
+        for (body, moved) in self.present.iter_mut().zip(&out.moved) {
+            body.way = body.way_of(moved);
+        }
+        let span = Span::new(&self.present, acceleration, dt);
+        self.looked.clear();
+        self.looked.extend(self.present.iter().map(|b| span.own(b)));
+        self.look_ahead(span);
         self.find_pairs(bodies);
         if self.span.is_split() && !self.fast_are_alone(hooks, bodies) {
             self.look_ahead(self.span.whole());
@@ -214,6 +222,23 @@ impl Detector {
             alone: false,
             covered: [None; 2],
         }
+    }
+
+    /// See [`MultibodyModel::reaches`](crate::dynamics::MultibodyModel::reaches).
+    pub fn reaches(&self, body: u32, moved: &Vec3) -> bool {
+        let known = &self.present[body as usize];
+        let way = known.way_of(moved);
+        if way <= self.looked[body as usize] {
+            return true;
+        }
+        // what others may drive it; its speed is that of an event by now
+        let driven = Present {
+            speed: 0.0,
+            ..*known
+        };
+        let within = |leaf: &Leaf| way <= self.span.growth(&driven, leaf.surface.size);
+        let mut leaves = self.leaves.list.iter().flatten();
+        leaves.all(|leaf| leaf.body != body || within(leaf))
     }
 
     /// Contacts, at the present poses, of pairs that [`Detector::detect`] has found before.
@@ -396,6 +421,8 @@ impl Detector {
 struct Present {
     /// Bound of the speed of all its points \[m/s\].
     speed: f64,
+    /// Way of its points \[m\] that impacts of the step are known to give it; 0 if none is known.
+    way: f64,
     /// Distance of the farthest point from the centre of mass \[m\].
     radius: f64,
     /// Of the centre of mass, and spin.
@@ -419,6 +446,7 @@ struct Present {
 /// Stands for colliders without a body.
 static OUTER: Present = Present {
     speed: 0.0,
+    way: 0.0,
     radius: 0.0,
     velocity: Vec3::new(0.0, 0.0, 0.0),
     center: Vec2::new(0.0, 0.0),
@@ -436,6 +464,7 @@ impl Present {
         let (shadow, u) = (&bodies.list[k as usize], &bodies.velocities[k as usize]);
         Present {
             speed: u.xy().norm() + u.z.abs() * shadow.radius,
+            way: 0.0,
             radius: shadow.radius,
             velocity: *u,
             center: shadow.pose.apply(shadow.center),
@@ -447,6 +476,11 @@ impl Present {
             single: shadow.parts == 1,
             fast: false,
         }
+    }
+
+    /// Bound of the way of its points \[m\] in a displacement.
+    fn way_of(&self, moved: &Vec3) -> f64 {
+        moved.xy().norm() + moved.z.abs() * self.radius
     }
 
     /// Bound of the speed at which any two points of two bodies come closer \[m/s\]. A velocity that both

@@ -79,9 +79,17 @@ impl Span {
         speed > self.fast
     }
 
+    /// How far a body's own velocity, or an impact that is known, takes it in a step \[m\].
+    pub fn own(&self, body: &Present) -> f64 {
+        (1.1 * body.speed * self.dt + self.drop).max(body.way)
+    }
+
     /// Bound of the motion of two bodies towards each other in a step \[m\].
     pub fn motion(&self, [one, two]: [&Present; 2]) -> f64 {
-        1.1 * (one.speed + two.speed) * self.dt + 2.0 * self.drop
+        match one.way.max(two.way) > 0.0 {
+            true => self.own(one) + self.own(two),
+            false => 1.1 * (one.speed + two.speed) * self.dt + 2.0 * self.drop,
+        }
     }
 
     /// How near two surfaces must be to matter \[m\]: bounds the motion of the two in a step, and
@@ -98,7 +106,7 @@ impl Span {
 
     /// The share of one side: two shares are no less than the reach.
     pub fn growth(&self, body: &Present, size: f64) -> f64 {
-        let own = 1.1 * body.speed * self.dt + self.drop;
+        let own = self.own(body);
         // the share of a fast body is the whole reach, whatever it meets
         own.max(match body.fast {
             true => self.prediction.min(size),
