@@ -44,6 +44,12 @@ impl MoreauStepper {
             let (interval, w) = (&mut self.interval, self.inverse_mass.as_slice());
             let (first, contacts) = (interval.blocks.len(), &mut interval.detection.contacts);
             let from = contacts.len();
+            // the same corner may be found again where it is now: a contact of its own
+            for contact in &mut driven.contacts {
+                if contacts[detected..].iter().any(|c| c.key == contact.key) {
+                    contact.key.feature = !contact.key.feature;
+                }
+            }
             contacts.append(&mut driven.contacts);
             let (cache, span) = (&self.cache.contacts, Span::whole(dt));
             interval.collect_more(rules, cache, w, span, from);
