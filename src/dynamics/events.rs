@@ -11,7 +11,9 @@
 use super::contact_cache::CachedContacts;
 use super::interval::{Interval, Source, movable};
 use super::islands::Islands;
-use super::model::{Configuration, ContactPoint, Detection, ModelError, MultibodyModel, NormalLaw};
+use super::model::{
+    Configuration, ContactPoint, Detection, ModelError, MultibodyModel, NearWanted, NormalLaw,
+};
 use super::rules::{Rules, reference_acceleration, rest_velocity, resting_speed, turning};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
@@ -203,7 +205,18 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         return Ok(());
     }
     pairs.dedup();
-    let mut found = detect_at(model, &pairs, bodies, start, step)?;
+    let mut found = detect_at(model, &pairs, bodies, &start, step)?;
+    // what the straight normals of the start say is looked at on the path: bodies may pass beside each other
+    let mut meet: Vec<[u32; 2]> = Vec::new();
+    for contact in &found.contacts {
+        let closing = -contact.rows.velocity(&interval.start).x;
+        if contact.gap < 0.5 * length * closing
+            && !meet.contains(&contact.surfaces)
+            && meets_on_path(model, interval, contact, &start, 0.5 * length, step)?
+        {
+            meet.push(contact.surfaces);
+        }
+    }
     let w = model.inverse_mass();
     // a swept body may have been left in a shallow overlap
     let least = |contact: &ContactPoint| {
@@ -220,7 +233,7 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         let in_front = contact.gap > least(contact) && !holds(contact);
         let touches = contact.gap <= touch_tolerance(contact, interval, step);
         contact.gap -= 0.5 * length * closing;
-        let passes = in_front && contact.gap < 0.0;
+        let passes = in_front && contact.gap < 0.0 && meet.contains(&contact.surfaces);
         if passes {
             passed.push(contact.surfaces);
         }
@@ -236,6 +249,54 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     contacts.retain(|c| !replaced(c) || holds(c) || closes(c));
     contacts.append(&mut found.contacts);
     Ok(())
+}
+
+/// Least share of a path by which the search along it advances.
+const STRIDE: f64 = 1.0 / 64.0;
+
+/// Whether the surfaces of a contact, which is that at the `start`, touch before a time `until` \[s\] if the bodies
+/// go on with their velocities. Advances as far as the bound of their distance allows, or to where a contact closes.
+fn meets_on_path<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    interval: &Interval,
+    contact: &ContactPoint,
+    start: impl Fn(u32) -> Option<Configuration>,
+    until: f64,
+    step: f64,
+) -> Result<bool, ModelError> {
+    let bodies = contact.rows.bodies.into_iter().filter(|b| *b != NO_BODY);
+    let bodies: Vec<u32> = bodies.collect();
+    let mut time = 0.0;
+    while time < until {
+        let mut places = Vec::new();
+        for &body in &bodies {
+            let Some(place) = start(body) else {
+                continue;
+            };
+            let here = model.configuration(body as usize);
+            model.set_configuration(body as usize, &place);
+            model.shift(body as usize, &interval.start[body as usize], time);
+            places.push((body, model.configuration(body as usize)));
+            model.set_configuration(body as usize, &here);
+        }
+        let place = |body: u32| places.iter().find(|p| p.0 == body).map(|p| p.1);
+        let found = detect_at(model, &[contact.surfaces], bodies.clone(), place, step)?;
+        let touches = |c: &ContactPoint| c.gap <= touch_tolerance(c, interval, step);
+        let Some(near) = found.near.first().filter(|near| near.bound > 0.0) else {
+            return Ok(true);
+        };
+        if found.contacts.iter().any(touches) {
+            return Ok(true);
+        }
+        let u = |side: usize| interval.start.get(near.bodies[side] as usize).copied();
+        let [a, b] = [u(0), u(1)].map(Option::unwrap_or_default);
+        let turning = a.z.abs() * near.radii[0] + b.z.abs() * near.radii[1];
+        let free = near.bound / ((b - a).xy().norm() + turning);
+        let closes = |c: &ContactPoint| c.gap / -c.rows.velocity(&interval.start).x;
+        let closing = found.contacts.iter().map(closes).filter(|time| *time > 0.0);
+        time += closing.fold(free.max(STRIDE * until), f64::min);
+    }
+    Ok(false)
 }
 
 /// The surfaces and the parts of them that touch in a contact.
@@ -279,7 +340,10 @@ pub(super) fn detect_at<M: MultibodyModel + ?Sized>(
             model.set_configuration(body, &place);
         }
     }
-    let mut found = Detection::default();
+    let mut found = Detection {
+        wants_near: NearWanted::All,
+        ..Detection::default()
+    };
     let result = model.detect_pairs(pairs, step, &mut found);
     for (body, place) in &moved {
         model.set_configuration(*body, place);

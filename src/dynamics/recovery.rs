@@ -7,7 +7,7 @@ use super::interval::{Interval, Source, movable};
 use super::island_problem::LARGE;
 use super::islands::Islands;
 use super::midpoint_gaps::{least_size, opening};
-use super::model::{ContactPoint, JointKind, NormalLaw};
+use super::model::{ContactPoint, Detection, JointKind, ModelError, NormalLaw};
 use super::pair_set::{KnownPairs, PairSet};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solution::Solution;
@@ -60,11 +60,20 @@ const OTHER_COMPLIANCE: f64 = 1e-4;
 
 /// Surface pairs that overlapped when first seen, and those that [`find_late`] found in earlier
 /// steps.
+///
+/// A new pair overlaps at the start if it does so along the normal of the midpoint. Bodies that pass each other turn
+/// that normal: what is open at the midpoint, or rebounds, or with `events`, must be seen to overlap at the start. `at_start` finds the
+/// contacts there of pairs of surfaces, and of bodies.
+///
+/// # Errors
+/// Those of `at_start`.
 pub(super) fn find_overlaps(
     last: &Overlaps,
     interval: &Interval,
     inverse_mass: &[Vec3],
-) -> Overlaps {
+    events: bool,
+    at_start: impl FnOnce(&[[u32; 2]], Vec<u32>) -> Result<Detection, ModelError>,
+) -> Result<Overlaps, ModelError> {
     let rigid = |c: &&ContactPoint| {
         matches!(c.law, NormalLaw::Rigid { .. })
             && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
@@ -74,15 +83,31 @@ pub(super) fn find_overlaps(
     // in most steps the pairs do not change
     if seen != last.seen {
         let mut known = KnownPairs::new(&last.seen);
+        let (mut moving, mut bodies): (Vec<[u32; 2]>, Vec<u32>) = (Vec::new(), Vec::new());
         for contact in interval.detection.contacts.iter().filter(rigid) {
             let pair = contact.key.pair;
             if known.contains(pair) {
                 continue;
             }
-            let opening = contact.rows.velocity(&interval.start).x;
-            let at_start = contact.gap - 0.5 * interval.length * opening;
-            if at_start < -slop(contact, interval) {
+            let opening = contact.rows.velocity(&interval.start);
+            let at_start = contact.gap - 0.5 * interval.length * opening.x;
+            if at_start >= -slop(contact, interval) {
+                continue;
+            }
+            let looks = events || contact.gap > 0.0 || contact.law.restitution() > 0.0;
+            if opening == Vec2::zeros() || !looks {
                 open.insert(pair);
+            } else {
+                moving.push(contact.surfaces);
+                bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
+            }
+        }
+        if !moving.is_empty() {
+            moving.dedup();
+            let found = at_start(&moving, bodies)?;
+            let overlaps = |c: &&ContactPoint| c.gap < -slop(c, interval);
+            for contact in found.contacts.iter().filter(rigid).filter(overlaps) {
+                open.insert(contact.key.pair);
             }
         }
         // forget pairs that are gone
@@ -94,22 +119,28 @@ pub(super) fn find_overlaps(
             own.retain(|pair| now.contains(&pair));
         }
     }
-    Overlaps { seen, open, late }
+    Ok(Overlaps { seen, open, late })
 }
 
 /// Adds the pairs that overlap after a step by more than the trigger of [`limits`], for example after
 /// an impact. Such overlaps can persist, because contacts push bodies out no faster than they came in.
 ///
 /// Contacts without impulse that open by themselves, impacts of this step, and contacts of `exempt`
-/// bodies (see [`exempt_bodies`]) do not count. See [`opening`] for `path`.
+/// bodies (see [`exempt_bodies`]) do not count. See [`opening`] for `path`. What slides far past a body that an impact
+/// located in the step `struck` must be seen to overlap: `at_end` finds the contacts at the end of pairs of surfaces.
+///
+/// # Errors
+/// Those of `at_end`.
 pub(super) fn find_late(
     overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
     path: Option<&[Vec3]>,
     inverse_mass: &[Vec3],
-    exempt: &[bool],
-) {
+    (exempt, struck): (&[bool], &[bool]),
+    at_end: impl FnOnce(&[[u32; 2]]) -> Result<Detection, ModelError>,
+) -> Result<(), ModelError> {
+    let mut unsure: Vec<&ContactPoint> = Vec::new();
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let pair = contact.key.pair;
         if contact.gap >= -2.0 * contact.gap_noise
@@ -133,10 +164,37 @@ pub(super) fn find_late(
             Some(i) => solution.impulses[i].x > 0.0 || !parts,
             None => !parts,
         };
-        if stays {
+        let far = |path| slides_past(contact, interval, solution, path, inverse_mass);
+        if stays && is_exempt(contact, struck) && path.is_some_and(far) {
+            unsure.push(contact);
+        } else if stays {
             overlaps.late.insert(pair);
         }
     }
+    if !unsure.is_empty() {
+        let pairs: Vec<[u32; 2]> = unsure.iter().map(|c| c.surfaces).collect();
+        for found in at_end(&pairs)?.contacts {
+            let known = unsure.iter().any(|c| c.key.pair == found.key.pair);
+            if known && found.gap < -TRIGGER * slop(&found, interval) {
+                overlaps.late.insert(found.key.pair);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether the bodies of a contact slide so far along each other, on a `path` of located impacts, that its normal
+/// does not tell their gap at the end.
+fn slides_past(
+    contact: &ContactPoint,
+    interval: &Interval,
+    solution: &Solution,
+    path: &[Vec3],
+    inverse_mass: &[Vec3],
+) -> bool {
+    let [mean, end] = [path, &solution.end].map(|u| contact.rows.velocity(u));
+    let way = interval.length * mean.y.abs().max(end.y.abs());
+    mean != end && way > STRIDE * least_size(&contact.rows, inverse_mass)
 }
 
 /// Displacements that move overlapped pairs apart after the step of `interval`. Pairs without

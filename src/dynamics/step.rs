@@ -5,7 +5,7 @@ use super::at_rest::Solved;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::{Overlaps, PulledLink};
 use super::cut_links::{CutLink, links_to_cut, parts_suffice};
-use super::events::{find_crowds, lands, release_lone, see_from_the_start};
+use super::events::{detect_at, find_crowds, lands, release_lone, see_from_the_start};
 use super::farther;
 use super::first_step::cache_touching;
 use super::gap_resolution::widen_gap_noise;
@@ -361,8 +361,16 @@ impl MoreauStepper {
         }
         let (cache, span) = (&self.cache.contacts, Span::whole(dt));
         interval.collect(rules, cache, None, w, span, &self.threads);
-        let recovers = self.settings.recovers();
-        let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, interval, w));
+        let overlaps = match self.settings.recovers() {
+            true => {
+                let (known, origin) = (&self.cache.overlaps, &self.origin);
+                let at_start = |pairs: &[[u32; 2]], bodies| {
+                    detect_at(model, pairs, bodies, |b| Some(origin[b as usize]), dt)
+                };
+                Some(find_overlaps(known, interval, w, rules.events, at_start)?)
+            }
+            false => None,
+        };
         match &overlaps {
             Some(overlaps) => interval.known_overlaps.clone_from(&overlaps.open),
             None => interval.known_overlaps.clear(),

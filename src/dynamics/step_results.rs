@@ -8,7 +8,7 @@ use super::debts::Debtors;
 use super::impacts::{find_impacts, finish_landings};
 use super::joint_recovery::{Closed, close_joints, excess_gaps, take_up_excess};
 use super::kinetic::kinetic;
-use super::model::MultibodyModel;
+use super::model::{Detection, MultibodyModel};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval, working_velocities};
 use super::recovery::{exempt_bodies, find_late, part_overlaps};
@@ -175,7 +175,7 @@ impl MoreauStepper {
         &mut self,
         model: &mut M,
         record: &mut StepRecord,
-        overlaps: Option<Overlaps>,
+        mut overlaps: Option<Overlaps>,
         in_cluster: Vec<bool>,
         path: Option<&[Vec3]>,
     ) -> Result<Option<f64>, StepError> {
@@ -188,11 +188,22 @@ impl MoreauStepper {
             true => excess_gaps(interval, solution, &in_cluster),
             false => Vec::new(),
         };
+        let mut struck = Vec::new();
+        if !record.waypoints.is_empty() {
+            struck.resize(w.len(), false);
+            let bodies = record.waypoints.iter().map(|w| w.body as usize);
+            bodies.for_each(|body| struck[body] = true);
+        }
         let exempt = exempt_bodies(in_cluster, interval, solution);
-        let overlaps = overlaps.map(|mut overlaps| {
-            find_late(&mut overlaps, interval, solution, path, w, &exempt);
-            overlaps
-        });
+        if let Some(overlaps) = &mut overlaps {
+            let skipped = (&exempt[..], &struck[..]);
+            let at_end = |pairs: &[[u32; 2]]| {
+                let mut found = Detection::default();
+                let seen = model.detect_pairs(pairs, interval.length, &mut found);
+                seen.map(|()| found)
+            };
+            find_late(overlaps, interval, solution, path, w, skipped, at_end)?;
+        }
         let crowd = match overlaps {
             Some(_) => crowd_bodies(w.len(), interval, solution),
             None => Vec::new(),

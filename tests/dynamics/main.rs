@@ -12,6 +12,7 @@ mod driven;
 mod energy;
 mod events;
 mod events_worse;
+mod exact_discs;
 mod factor_cache;
 mod given_energy;
 mod heaps;
