@@ -231,14 +231,13 @@ impl Detector {
         if way <= self.looked[body as usize] {
             return true;
         }
-        // what others may drive it; its speed is that of an event by now
+        // what others may drive it, towards the smallest part; its speed is that of an event by now
         let driven = Present {
             speed: 0.0,
             ..*known
         };
         let within = |leaf: &Leaf| way <= self.span.growth(&driven, leaf.surface.size);
-        let mut leaves = self.leaves.list.iter().flatten();
-        leaves.all(|leaf| leaf.body != body || within(leaf))
+        self.leaves.list.iter().flatten().all(within)
     }
 
     /// Contacts, at the present poses, of pairs that [`Detector::detect`] has found before.
