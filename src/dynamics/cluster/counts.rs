@@ -1,5 +1,7 @@
 //! How often a cluster is stopped in a step, and when that is often enough.
 
+use crate::contact::NO_BODY;
+
 /// Most bodies of a cluster of which all impacts are located for a swept body that rebounds, or for its
 /// [`late_rebounds`](crate::dynamics::late_rebounds). The impacts, and the work of each, grow with the bodies;
 /// in larger ones the position pass moves apart what the rebounds leave.
@@ -17,9 +19,10 @@ const LANDINGS: usize = 16;
 /// faster, until both touch and the impact is that of both: after 20 where an interval is 0.4 of the
 /// one before.
 const CHATTER: usize = 64;
-/// The same in a cluster of up to [`FEW`] bodies, whose impacts are cheap: a light body between two heavy ones hits
-/// them hundreds of times before it gets away, or before all of them move as one.
+/// The same where up to [`FEW`] bodies hit each other, in a cluster of up to [`CHEAP`] bodies: a light body between
+/// two heavy ones hits them hundreds of times before it gets away, or before all of them move as one.
 const MANY: usize = 1024;
+const CHEAP: usize = 4 * FEW;
 /// So many last impacts within this share of a step, all of them slower than this share of the fastest one, look
 /// endless. What bodies lose that stick together then is about the square of that share of the energy.
 const LAST: usize = 8;
@@ -39,6 +42,8 @@ pub(super) struct Counts {
     again: usize,
     /// Most rebounds.
     limit: usize,
+    /// The bodies that have hit.
+    hit: Vec<u32>,
     /// The surfaces that hit last.
     last: Option<[u32; 2]>,
     /// Times \[s\] and approach speeds \[m/s\] of the impacts, the oldest first.
@@ -54,6 +59,7 @@ impl Counts {
             landings: 0,
             again: 0,
             limit: CHATTER,
+            hit: Vec::new(),
             last: None,
             impacts: Vec::new(),
         }
@@ -62,9 +68,11 @@ impl Counts {
     /// Begins to count impacts anew.
     pub fn forget_impacts(&mut self) {
         let (stops, turns) = (self.stops, self.turns);
+        let hit = std::mem::take(&mut self.hit);
         *self = Counts {
             stops,
             turns,
+            hit,
             ..Counts::new()
         };
     }
@@ -94,18 +102,28 @@ impl Counts {
         })
     }
 
-    /// Counts an impact of these `surfaces` in a cluster of so many `bodies`; `lone` if two of them touch nothing
-    /// else. It came at a `time` \[s\] and `speed` \[m/s\] in a step of `dt` \[s\]. Returns whether it was one
+    /// Whether few bodies hit each other, of so many of a cluster.
+    pub fn are_few(&self, bodies: usize) -> bool {
+        self.hit.len() <= FEW && bodies <= CHEAP
+    }
+
+    /// Counts an impact of these `surfaces` and bodies in a cluster of so many `bodies`; `lone` if two of them touch
+    /// nothing else. It came at a `time` \[s\] and `speed` \[m/s\] in a step of `dt` \[s\]. Returns whether it was one
     /// too many.
     pub fn impact(
         &mut self,
-        surfaces: [u32; 2],
+        (surfaces, pair): ([u32; 2], [u32; 2]),
         bodies: usize,
         [lone, rebounds]: [bool; 2],
         [time, speed, dt]: [f64; 3],
     ) -> bool {
         self.impacts.push([time, speed]);
-        let few = bodies <= FEW;
+        for body in pair {
+            if body != NO_BODY && !self.hit.contains(&body) {
+                self.hit.push(body);
+            }
+        }
+        let few = self.are_few(bodies);
         if !lone {
             self.limit = match few {
                 true => LANDINGS,

@@ -1,8 +1,7 @@
 //! An impact of zero duration at the current configuration of a cluster.
 
 use super::bounce::Bounce;
-use super::context::{Cluster, Context, Rest};
-use super::counts::FEW;
+use super::context::{Context, Rest};
 use super::runner::Runner;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts, Left};
@@ -18,11 +17,11 @@ impl Runner {
     /// Whether impacts of a cluster may lose their restitution: those of a few bodies, since others are left to the
     /// plain rule; not what rebounds without loss, which comes to an end; and not under the uniform law, which is
     /// one of a single coefficient.
-    pub(super) fn may_be_plastic(&self, rules: &Rules, cluster: &Cluster) -> bool {
+    pub(super) fn may_be_plastic(&self, rules: &Rules, few: bool) -> bool {
         let mut contacts = self.instant.detection.contacts.iter();
         !self.plastic
             && rules.law != ImpactLaw::Uniform
-            && cluster.bodies.len() <= FEW
+            && few
             && contacts.all(|c| c.law.restitution() < 1.0)
     }
 

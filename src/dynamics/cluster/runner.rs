@@ -9,7 +9,7 @@ use crate::contact::{Law, Vec2};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::cut_links::{CutLink, is_telling, part_length};
 use crate::dynamics::events::{release_lone, see_from_the_start};
-use crate::dynamics::interval::Interval;
+use crate::dynamics::interval::{Interval, movable};
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel, NearWanted};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::pulled_links::find_links;
@@ -146,9 +146,11 @@ impl Runner {
                         self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
                     }
                     let rest = Rest::of(context, elapsed);
-                    let hit = (key, pair.surfaces);
+                    let hit = (key, &pair);
                     if self.strike(model, solver, context, hit, rest, &cluster, &mut counts) {
-                        match counts.chatter(context.dt) && self.may_be_plastic(&rules, &cluster) {
+                        match counts.chatter(context.dt)
+                            && self.may_be_plastic(&rules, counts.are_few(cluster.bodies.len()))
+                        {
                             true => self.plastic = true,
                             false => rules = self.plainer(rules),
                         }
@@ -203,7 +205,7 @@ impl Runner {
         cluster.reserves = cluster.bodies.iter().filter_map(reserve).collect();
     }
 
-    /// Solves the impact of a contact, named by its key and surfaces, where the bodies are, and makes its
+    /// Solves the impact of a contact, named by its key and pair, where the bodies are, and makes its
     /// result the start of the next interval. Returns whether the plain rule is to step the rest.
     #[allow(clippy::too_many_arguments)] // the state of one step
     fn strike<M: MultibodyModel + ?Sized>(
@@ -211,7 +213,7 @@ impl Runner {
         model: &M,
         solver: &mut IslandSolver,
         context: &Context,
-        (key, surfaces): (ContactKey, [u32; 2]),
+        (key, pair): (ContactKey, &Pair),
         rest: Rest,
         cluster: &Cluster,
         counts: &mut Counts,
@@ -223,7 +225,7 @@ impl Runner {
         let rebounds = self.instant.blocks.iter().any(|b| b.impact);
         // what no impulses solve closes all the same, and would do so for ever
         let many = counts.impact(
-            surfaces,
+            (pair.surfaces, movable(pair.bodies, context.inverse_mass)),
             bodies,
             [lone, rebounds],
             [rest.at, speed, context.dt],
@@ -232,7 +234,9 @@ impl Runner {
         self.settle_hit(model, context);
         self.hold_landed();
         self.here = places(model, &self.moved);
+        let (before, after) = (&self.instant.start, &self.hit.end);
         let here = cluster.bodies.iter().zip(&self.here);
+        let here = here.filter(|(b, _)| before[**b as usize] != after[**b as usize]);
         self.record
             .waypoints
             .extend(here.map(|(&body, &place)| Waypoint {
