@@ -214,7 +214,7 @@ impl Built {
         for k in 0..count {
             let number = self.number(k);
             let own = record.waypoints.iter().filter(|w| Some(w.body) == number);
-            let share = |time: f64| 1.0 - (record.time - time) / record.dt;
+            let share = |time: f64| (1.0 - (record.time - time) / record.dt).clamp(0.0, 1.0);
             let own = own.map(|w| (share(w.time), Pose64::from_numbers(&w.place)));
             let own: Vec<_> = own.collect();
             if !own.is_empty() {

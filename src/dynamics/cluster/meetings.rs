@@ -104,8 +104,10 @@ impl<'a> Paths<'a> {
         let at = |k: usize| cluster.path.get(k).map(|(end, moved)| (*end, moved[own]));
         let (before, from) = next.checked_sub(1).and_then(at).unwrap_or_default();
         match at(next) {
-            Some((after, to)) => from + (time - before) / (after - before) * (to - from),
-            None => from,
+            Some((after, to)) if after > before => {
+                from + (time - before) / (after - before) * (to - from)
+            }
+            _ => from,
         }
     }
 

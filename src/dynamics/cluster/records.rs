@@ -2,6 +2,7 @@
 
 use super::context::{Cluster, Context};
 use super::runner::Runner;
+use super::search::LAST;
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::recording::{forces_work, record_interval, working_velocities};
 
@@ -27,7 +28,11 @@ impl Runner {
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
             *d += 0.5 * interval.length * (interval.start[b as usize] + solution.end[b as usize]);
         }
-        let elapsed = time - context.time;
+        // the last interval ends with the step, whatever the sum of the times says
+        let elapsed = match context.time + context.dt - time > LAST * context.dt {
+            true => time - context.time,
+            false => context.dt,
+        };
         cluster.path.push((elapsed, cluster.displacement.clone()));
     }
 }

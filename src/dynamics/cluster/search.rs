@@ -24,7 +24,7 @@ const LENGTHS: usize = 16;
 
 /// Share of a step at its end in which no event is located; such a contact closes at the start of
 /// the next step instead. An interval of zero length has no rates.
-const LAST: f64 = 1e-9;
+pub(super) const LAST: f64 = 1e-9;
 
 /// A contact at an instant.
 struct Closing {
