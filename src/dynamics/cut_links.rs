@@ -22,8 +22,8 @@
 use super::contact_cache::PulledLink;
 use super::interval::{Interval, Source, movable};
 use super::midpoint_gaps::least_size;
+use super::overlapping::LARGE_OVERLAP;
 use super::pulled_links::StiffLink;
-use super::recovery::LARGE_OVERLAP;
 use super::solution::Solution;
 use super::wide_turns::wide_turns;
 use crate::contact::{NO_BODY, Vec3};

@@ -70,6 +70,7 @@ mod late_rebounds;
 mod midpoint_gaps;
 mod model;
 mod outcome;
+mod overlapping;
 mod pair_set;
 mod phases;
 mod pose;
@@ -105,9 +106,9 @@ pub use model::{
     JointRow, ModelError, MultibodyModel, NearPair, NearWanted, NormalLaw, Spring,
 };
 pub use outcome::SolvedProblem;
+pub use overlapping::{LARGE_OVERLAP, LASTING};
 pub use phases::{Clock, Phases};
 pub use pose::Pose64;
-pub use recovery::{LARGE_OVERLAP, LASTING};
 pub use roles::{BodyRoles, Sweep};
 pub use rules::{Effort, ImpactLaw, Scheme};
 

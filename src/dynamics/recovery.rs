@@ -3,48 +3,22 @@
 use super::asked::Asked;
 use super::contact_cache::Overlaps;
 use super::crowd::overlaps as crowd_overlaps;
-use super::interval::{Interval, Source, movable};
+use super::interval::{Interval, movable};
 use super::island_problem::LARGE;
 use super::islands::Islands;
-use super::midpoint_gaps::{least_size, opening};
-use super::model::{ContactPoint, Detection, JointKind, ModelError, NormalLaw};
-use super::pair_set::{KnownPairs, PairSet};
-use super::rules::{reference_acceleration, rest_velocity};
+use super::midpoint_gaps::opening;
+use super::model::{JointKind, NormalLaw};
+use super::overlapping::{STRIDE, is_exempt, limits, share, slop};
+use super::pair_set::PairSet;
 use super::solution::Solution;
 use super::solve::IslandSolver;
 use crate::contact::{
     BodyOperator, ContactProblem, Delassus, Law, LocalBodies, NO_BODY, Rows, Vec2, Vec3,
 };
-use rustc_hash::FxHashSet;
-
-/// Duration \[s\] from which an overlap counts as lasting.
-pub const LASTING: f64 = 0.25;
-
-/// Lasting overlap, over the size of the smaller body, above which a scene has not held by default.
-pub const LARGE_OVERLAP: f64 = 1e-3;
-
-/// Least share of an overlap that a step corrects, see [`share`].
-const SHARE: f64 = 0.2;
-
-/// Overlap above which a *late* pair is moved apart, in multiples of its slop; late pairs did not
-/// overlap when first seen. The limit is larger for a pair that moves: its overlap may be an error
-/// of one step that the next step undoes.
-const TRIGGER: f64 = 10.0;
-const TRIGGER_AT_REST: f64 = 2.0;
-
-/// Slop of a pair at rest, as a share of the slop of a moving pair.
-const SLOP_AT_REST: f64 = 0.01;
-
-/// Speed below which a pair is at rest, as a share of the speed that the reference acceleration
-/// gives in a step.
-const REST: f64 = 0.1;
 
 /// Relative residual at which the displacements of a step count as solved: a micrometre per metre
 /// of displacement. A share of the overlap is left for the next step anyway.
 const ENOUGH: f64 = 1e-6;
-
-/// Largest displacement of a body in a step, as a share of its size: (1) is linear in `d`.
-const STRIDE: f64 = 0.1;
 
 /// Largest displacement of a body, as a multiple of the sum of what an island has to correct: in a row of bodies
 /// the last one may have to make room for all overlaps. Between walls that are off parallel by less than half a
@@ -57,145 +31,6 @@ const FARTHEST: f64 = 100.0;
 /// only a part of it. The second is for all other rows, which must hardly be violated.
 const ASKED_COMPLIANCE: f64 = 1.0;
 const OTHER_COMPLIANCE: f64 = 1e-4;
-
-/// Surface pairs that overlapped when first seen, and those that [`find_late`] found in earlier
-/// steps.
-///
-/// A new pair overlaps at the start if it does so along the normal of the midpoint. Bodies that pass each other turn
-/// that normal: what is open at the midpoint, or rebounds, or with `events`, must be seen to overlap at the start. `at_start` finds the
-/// contacts there of pairs of surfaces, and of bodies.
-///
-/// # Errors
-/// Those of `at_start`.
-pub(super) fn find_overlaps(
-    last: &Overlaps,
-    interval: &Interval,
-    inverse_mass: &[Vec3],
-    events: bool,
-    at_start: impl FnOnce(&[[u32; 2]], Vec<u32>) -> Result<Detection, ModelError>,
-) -> Result<Overlaps, ModelError> {
-    let rigid = |c: &&ContactPoint| {
-        matches!(c.law, NormalLaw::Rigid { .. })
-            && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
-    };
-    let seen = interval.pairs.clone();
-    let (mut open, mut late) = (last.open.clone(), last.late.clone());
-    // in most steps the pairs do not change
-    if seen != last.seen {
-        let mut known = KnownPairs::new(&last.seen);
-        let (mut moving, mut bodies): (Vec<[u32; 2]>, Vec<u32>) = (Vec::new(), Vec::new());
-        for contact in interval.detection.contacts.iter().filter(rigid) {
-            let pair = contact.key.pair;
-            if known.contains(pair) {
-                continue;
-            }
-            let opening = contact.rows.velocity(&interval.start);
-            let at_start = contact.gap - 0.5 * interval.length * opening.x;
-            if at_start >= -slop(contact, interval) {
-                continue;
-            }
-            let looks = events || contact.gap > 0.0 || contact.law.restitution() > 0.0;
-            if opening == Vec2::zeros() || !looks {
-                open.insert(pair);
-            } else {
-                moving.push(contact.surfaces);
-                bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
-            }
-        }
-        if !moving.is_empty() {
-            moving.dedup();
-            let found = at_start(&moving, bodies)?;
-            let overlaps = |c: &&ContactPoint| c.gap < -slop(c, interval);
-            for contact in found.contacts.iter().filter(rigid).filter(overlaps) {
-                open.insert(contact.key.pair);
-            }
-        }
-        // forget pairs that are gone
-        for own in [&mut open, &mut late]
-            .into_iter()
-            .filter(|own| !own.is_empty())
-        {
-            let now: FxHashSet<u64> = seen.iter().copied().collect();
-            own.retain(|pair| now.contains(&pair));
-        }
-    }
-    Ok(Overlaps { seen, open, late })
-}
-
-/// Adds the pairs that overlap after a step by more than the trigger of [`limits`], for example after
-/// an impact. Such overlaps can persist, because contacts push bodies out no faster than they came in.
-///
-/// Contacts without impulse that open by themselves, impacts of this step, and contacts of `exempt`
-/// bodies (see [`exempt_bodies`]) do not count. See [`opening`] for `path`. What slides far past a body that an impact
-/// located in the step `struck` must be seen to overlap: `at_end` finds the contacts at the end of pairs of surfaces.
-///
-/// # Errors
-/// Those of `at_end`.
-pub(super) fn find_late(
-    overlaps: &mut Overlaps,
-    interval: &Interval,
-    solution: &Solution,
-    path: Option<&[Vec3]>,
-    inverse_mass: &[Vec3],
-    (exempt, struck): (&[bool], &[bool]),
-    at_end: impl FnOnce(&[[u32; 2]]) -> Result<Detection, ModelError>,
-) -> Result<(), ModelError> {
-    let mut unsure: Vec<&ContactPoint> = Vec::new();
-    for (index, contact) in interval.detection.contacts.iter().enumerate() {
-        let pair = contact.key.pair;
-        if contact.gap >= -2.0 * contact.gap_noise
-            || !matches!(contact.law, NormalLaw::Rigid { .. })
-            || overlaps.open.contains(pair)
-            || overlaps.late.contains(pair)
-            || movable(contact.rows.bodies, inverse_mass) == [NO_BODY; 2]
-            || is_exempt(contact, exempt)
-        {
-            continue;
-        }
-        let opening = opening(contact, interval, solution, path);
-        let [trigger, _] = limits((index, contact), interval, solution, inverse_mass);
-        if -(contact.gap + opening) <= trigger {
-            continue;
-        }
-        let block = block_of(index, interval);
-        let parts = opening > -share(interval.length) * contact.gap;
-        let stays = match block {
-            Some(i) if interval.blocks[i].impact => false,
-            Some(i) => solution.impulses[i].x > 0.0 || !parts,
-            None => !parts,
-        };
-        let far = |path| slides_past(contact, interval, solution, path, inverse_mass);
-        if stays && is_exempt(contact, struck) && path.is_some_and(far) {
-            unsure.push(contact);
-        } else if stays {
-            overlaps.late.insert(pair);
-        }
-    }
-    if !unsure.is_empty() {
-        let pairs: Vec<[u32; 2]> = unsure.iter().map(|c| c.surfaces).collect();
-        for found in at_end(&pairs)?.contacts {
-            let known = unsure.iter().any(|c| c.key.pair == found.key.pair);
-            if known && found.gap < -TRIGGER * slop(&found, interval) {
-                overlaps.late.insert(found.key.pair);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Whether the bodies of a contact slide so far along each other, on a `path` of located impacts, that its normal
-/// does not tell their gap at the end.
-fn slides_past(
-    contact: &ContactPoint,
-    interval: &Interval,
-    solution: &Solution,
-    path: &[Vec3],
-    inverse_mass: &[Vec3],
-) -> bool {
-    let [mean, end] = [path, &solution.end].map(|u| contact.rows.velocity(u));
-    let way = interval.length * mean.y.abs().max(end.y.abs());
-    mean != end && way > STRIDE * least_size(&contact.rows, inverse_mass)
-}
 
 /// Displacements that move overlapped pairs apart after the step of `interval`. Pairs without
 /// overlap are then removed from `overlaps`.
@@ -434,102 +269,6 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
         }
     };
     size.iter().zip(moved).map(share).fold(1.0, f64::min)
-}
-
-/// Share of an overlap that a step corrects. The deepest overlap that a step may take up at once,
-/// [`STRIDE`], falls to [`LARGE_OVERLAP`] within [`LASTING`]; at small steps the share is a fifth.
-fn share(dt: f64) -> f64 {
-    SHARE.max(1.0 - (LARGE_OVERLAP / STRIDE).powf(dt / LASTING))
-}
-
-/// Overlaps \[m\] of a late pair: the trigger above which it is moved apart, and the slop down to
-/// which it is moved.
-///
-/// Both begin at the depth at which the scheme holds a contact on a curved path, or has held it
-/// before: moved out of it, the contact sinks in again, and gains energy each time. A pair at rest
-/// is moved all the same.
-///
-/// Above that depth they scale with the motion that the scheme does not resolve, up to
-/// [`LARGE_OVERLAP`] of a body with the contact on its border.
-fn limits(
-    (index, contact): (usize, &ContactPoint),
-    interval: &Interval,
-    solution: &Solution,
-    inverse_mass: &[Vec3],
-) -> [f64; 2] {
-    let whole = slop(contact, interval);
-    let slop_at_rest = (2.0 * contact.gap_noise).max(SLOP_AT_REST * whole);
-    let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
-    let slow = REST * acceleration * interval.length;
-    // a body that rolls moves, though its contact point does not
-    let speed = |u: &Vec<Vec3>| {
-        let centre = |body: u32| u.get(body as usize).map_or(Vec2::zeros(), |u| u.xy());
-        let [a, b] = contact.rows.bodies.map(centre);
-        contact.rows.velocity(u).norm().max((b - a).norm())
-    };
-    let ends = [speed(&interval.start), speed(&solution.end)];
-    if ends[0].max(ends[1]) > slow {
-        let block = block_of(index, interval).map(|i| &interval.blocks[i]);
-        let held = block.map_or(0.0, |block| block.held[0].max(block.held[1]));
-        // what touches for the first time may have come deeper in one step
-        let large = block.map_or(f64::INFINITY, |_| {
-            LARGE_OVERLAP * least_size(&contact.rows, inverse_mass)
-        });
-        let slop = whole.min(large / TRIGGER).max(slop_at_rest);
-        return [held + TRIGGER * slop, held + slop];
-    }
-    [TRIGGER_AT_REST * slop_at_rest, slop_at_rest]
-}
-
-/// The block of a contact of the detection. Blocks have the order of the contacts, followed by the
-/// joints.
-fn block_of(index: usize, interval: &Interval) -> Option<usize> {
-    let of = |source| match source {
-        Source::Contact(index) => index,
-        Source::Joint(_) => usize::MAX,
-    };
-    let blocks = &interval.blocks;
-    blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
-}
-
-/// Bodies whose late overlaps are not corrected in this step: those of islands whose push-outs were
-/// dropped, those of crowds, which have a correction of their own, and those `in_cluster` that turn too
-/// far for the linear rows of another path to hold.
-pub(super) fn exempt_bodies(
-    in_cluster: Vec<bool>,
-    interval: &Interval,
-    solution: &Solution,
-) -> Vec<bool> {
-    let mut exempt = in_cluster;
-    let ends = interval.start.iter().zip(&solution.end);
-    for (exempt, (start, end)) in exempt.iter_mut().zip(ends).filter(|(exempt, _)| **exempt) {
-        let turn = interval.length * start.z.abs().max(end.z.abs());
-        *exempt = turn > STRIDE;
-    }
-    for (k, outcome) in solution.outcomes.iter().enumerate() {
-        if outcome.relaxed || outcome.crowd {
-            let sides = |i: &u32| interval.sides[*i as usize];
-            for body in solution.islands.blocks(k).iter().flat_map(sides) {
-                if let Some(exempt) = exempt.get_mut(body as usize) {
-                    *exempt = true;
-                }
-            }
-        }
-    }
-    exempt
-}
-
-fn is_exempt(contact: &ContactPoint, exempt: &[bool]) -> bool {
-    let known = |b: &u32| exempt.get(*b as usize).copied().unwrap_or(false);
-    contact.rows.bodies.iter().any(known)
-}
-
-/// Overlap \[m\] that is not corrected: noise, or a hundredth of the distance that the reference
-/// acceleration covers in a step.
-fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
-    let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
-    let fall = rest_velocity(acceleration, interval.length) * interval.length;
-    (2.0 * contact.gap_noise).max(0.01 * fall)
 }
 
 #[cfg(test)]

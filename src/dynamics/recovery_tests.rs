@@ -1,4 +1,5 @@
 use super::super::crowd::tests::{FailsLarge, row};
+use super::super::overlapping::find_overlaps;
 use super::*;
 use std::sync::atomic::Ordering;
 

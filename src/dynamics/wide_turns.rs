@@ -9,8 +9,8 @@
 use super::interval::{Interval, Source};
 use super::midpoint_gaps::least_size;
 use super::model::NormalLaw;
+use super::overlapping::LARGE_OVERLAP;
 use super::recording::end_gap;
-use super::recovery::LARGE_OVERLAP;
 use super::solution::Solution;
 use crate::contact::Vec3;
 
