@@ -40,9 +40,9 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Vec2};
 ///    that the others end in 1150. Up to 500 blocks 4000 more follow where a tenth of the residual is
 ///    certified: one step in 117 000 of the thresher needs them.
 ///
-/// A problem of pins and rows without bounds alone is linear, and has no statuses. After stage 2 it
-/// gets twenty sweeps and Newton steps, and nothing else: if its rows contradict each other, no
-/// method solves it.
+/// A problem of pins and rows without bounds alone is linear, and has no statuses: one Newton step solves it
+/// from anywhere, and stage 2 is never left out. Where it fails, twenty sweeps and Newton steps follow, and
+/// nothing else: if the rows contradict each other, no method solves it.
 ///
 /// Above 500 blocks:
 ///
@@ -227,13 +227,14 @@ impl Direct {
         }
         self.response.prepare(problem);
         let warm = impulses.iter().any(|p| *p != Vec2::zeros());
-        if warm && residual.merit() * problem.len() as f64 <= FAR {
+        let linear = problem.laws.iter().all(Law::is_bilateral);
+        if linear || warm && residual.merit() * problem.len() as f64 <= FAR {
             self.polish(problem, impulses, WARM_STEPS, &mut report);
         }
         if large && compliant(problem) {
             self.interior_point(problem, Start::Same, &mut report);
         }
-        if problem.laws.iter().all(Law::is_bilateral) {
+        if linear {
             let few = (SWEEPS_FIRST[0], &START);
             self.sweep_and_polish(problem, impulses, few, tolerance, &mut report);
             if let Some(cache) = cache {
