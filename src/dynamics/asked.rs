@@ -1,7 +1,7 @@
 //! The rows of the problems that move bodies by position: overlaps, crowds, joints.
 
 use super::interval::diagonal;
-use super::joint_rules::joint_impact_rule;
+use super::joint_rules::{BILATERAL, joint_impact_rule};
 use super::model::JointRow;
 use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
 
@@ -22,6 +22,25 @@ impl Asked {
             friction: 0.0,
             compliance,
         });
+    }
+
+    /// Removes all rows.
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.free.clear();
+        self.laws.clear();
+    }
+
+    /// Adds a row of a joint with finite forces that must not move, `J d = 0`.
+    pub fn held(&mut self, joint: &JointRow, bodies: [u32; 2], inverse_mass: &[Vec3]) {
+        if bodies != [NO_BODY; 2] && diagonal(joint, inverse_mass) > 0.0 {
+            self.rows.push(Rows {
+                bodies,
+                ..joint.rows
+            });
+            self.free.push(Vec2::zeros());
+            self.laws.push(BILATERAL);
+        }
     }
 
     /// Adds a row of a joint, `J d + free = 0`, or `≥ 0` of a limit; none where no body can move, or where

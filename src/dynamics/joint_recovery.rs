@@ -253,7 +253,7 @@ pub(super) fn take_up_excess<M: MultibodyModel + ?Sized>(
 
 /// Rows of rigid contacts, and their gaps \[m\] at the end of the interval. `path` has the mean
 /// velocities of all bodies to the next midpoint, where they are not those at the end.
-fn contacts_at_end(
+pub(super) fn contacts_at_end(
     interval: &Interval,
     solution: &Solution,
     path: Option<&[Vec3]>,
@@ -275,7 +275,7 @@ fn contacts_at_end(
 }
 
 /// The gap of a pin or locked axis.
-fn gap(joint: &JointRow) -> Vec2 {
+pub(super) fn gap(joint: &JointRow) -> Vec2 {
     match joint.kind {
         JointKind::Pin { gap } => gap,
         JointKind::Lock { gap } => Vec2::new(gap, 0.0),

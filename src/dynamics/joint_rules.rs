@@ -91,7 +91,7 @@ pub(super) fn joint_impact_rule(joint: &JointRow, pressed: bool) -> Option<(Vec2
     }
 }
 
-const BILATERAL: Law = Law::Bounded {
+pub(super) const BILATERAL: Law = Law::Bounded {
     lower: f64::NEG_INFINITY,
     upper: f64::INFINITY,
     compliance: 0.0,

@@ -16,6 +16,8 @@
 //!   inside a step are stepped separately, to the instant of the impact, through an impact of zero
 //!   duration, and on;
 //! - the [`ImpactLaw`] gives their rebound, by default Newton's law with an energy bound;
+//! - joints are closed at midpoints. Of the poses (6) those are shown that have them closed at the end of the
+//!   step too ([`MultibodyModel::show`]); the next step goes on from (6);
 //! - pairs that overlap at the start are moved apart by position alone
 //!   ([`StepperSettings::recovery`]);
 //! - contacts and joints give back no more energy than they took ([`record::StepEnergy::returned`]).
@@ -85,6 +87,7 @@ mod roles;
 mod rules;
 pub(crate) mod saved;
 mod settings;
+mod shown;
 mod solution;
 mod solve;
 mod step;
@@ -103,7 +106,7 @@ pub use joint::RowName;
 pub use joint_frames::{Bend, Coordinate, JointFrames};
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
-    JointRow, ModelError, MultibodyModel, NearPair, NearWanted, NormalLaw, Spring,
+    JointRow, ModelError, MultibodyModel, NearPair, NearWanted, NormalLaw, Shown, Spring,
 };
 pub use outcome::SolvedProblem;
 pub use overlapping::{LARGE_OVERLAP, LASTING};

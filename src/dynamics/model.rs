@@ -230,6 +230,16 @@ impl Detection {
 /// Position of a body, in the model's own numbers.
 pub type Configuration = [f64; 5];
 
+/// A body at the end of a step as it is to be shown, with its joints closed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    pub body: u32,
+    /// From the configuration to the one shown [m, m, rad].
+    pub displacement: Vec3,
+    /// What is added to the velocity [m/s, m/s, rad/s], so that free bodies keep their angular momentum.
+    pub velocity: Vec3,
+}
+
 /// Why a model cannot continue.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModelError {
@@ -388,6 +398,13 @@ pub trait MultibodyModel {
     fn potential_energy(&self) -> f64 {
         0.0
     }
+
+    /// Called once at the end of a step, before [`MultibodyModel::end_step`], with what to show of bodies
+    /// whose joints are open there. All other bodies are shown as they are. The configuration and the
+    /// velocities, from which the next step goes on, must not change.
+    ///
+    /// Not needed by models without joints, or if open joints may be seen.
+    fn show(&mut self, _shown: &[Shown]) {}
 
     /// Called once at the end of a step.
     fn end_step(&mut self) {}

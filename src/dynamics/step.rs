@@ -281,6 +281,7 @@ impl MoreauStepper {
         self.write(model, &clusters, &in_cluster, dt);
         let path = self.path(&clusters, dt);
         let potential = self.close_gaps(model, record, overlaps, in_cluster, path.as_deref())?;
+        let shown = self.shown(model, path.as_deref())?;
         self.cache.links = links.into_iter().map(|(_, link)| link).collect();
         let cut = clusters.iter_mut().map(|c| &mut c.links);
         cut.for_each(|links| self.cache.links.append(links));
@@ -293,6 +294,7 @@ impl MoreauStepper {
         }
         self.solver.cache.commit();
         self.resting.end(model);
+        model.show(&shown);
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
         record.energy.potential_end = model.potential_energy();

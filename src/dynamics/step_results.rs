@@ -8,7 +8,7 @@ use super::debts::Debtors;
 use super::impacts::{find_impacts, finish_landings};
 use super::joint_recovery::{Closed, close_joints, excess_gaps, take_up_excess};
 use super::kinetic::kinetic;
-use super::model::{Detection, MultibodyModel};
+use super::model::{Detection, MultibodyModel, Shown};
 use super::overlapping::{exempt_bodies, find_late};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval, working_velocities};
@@ -249,6 +249,24 @@ impl MoreauStepper {
             }
         }
         Ok(potential)
+    }
+}
+
+impl MoreauStepper {
+    /// What the step shows of bodies with open joints: see [`Shows`](super::shown::Shows).
+    pub(super) fn shown<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        path: Option<&[Vec3]>,
+    ) -> Result<Vec<Shown>, StepError> {
+        let (interval, solution) = (&self.interval, &self.solution);
+        if !self.settings.rules().corrects_gaps() || interval.detection.joints.is_empty() {
+            return Ok(Vec::new());
+        }
+        // positions are corrected with the true masses
+        let own = (!self.stiff.is_empty()).then(|| model.inverse_mass().to_vec());
+        let w = own.as_ref().unwrap_or(&self.inverse_mass);
+        Ok(self.shows.find(model, interval, solution, path, w)?)
     }
 }
 

@@ -12,6 +12,7 @@ use super::record::ContactRecord;
 use super::resting::RestingIslands;
 use super::rules::Scheme;
 use super::settings::{MOST_THREADS, StepError, StepperSettings};
+use super::shown::Shows;
 use super::solution::Solution;
 use super::solve::IslandSolver;
 use super::thread_pool::SolverPool;
@@ -43,6 +44,7 @@ pub struct MoreauStepper {
     pub(super) stiff: Vec<StiffLink>,
     /// Displacements that moved overlapping bodies apart after the last step.
     pub(super) parted: Vec<(u32, Vec3)>,
+    pub(super) shows: Shows,
     /// Whether the solver is that of the settings.
     named: bool,
 }
@@ -107,6 +109,7 @@ impl MoreauStepper {
             inverse_mass: Vec::new(),
             stiff: Vec::new(),
             parted: Vec::new(),
+            shows: Shows::default(),
             named: true,
         })
     }

@@ -3,7 +3,7 @@ use super::planar_shape::{PlanarShape, Tip};
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
-    JointRow, ModelError, MultibodyModel, NormalLaw, SurfacePoint,
+    JointRow, ModelError, MultibodyModel, NormalLaw, Shown, SurfacePoint,
 };
 use crate::dynamics::{JointFrames, Pose64, RowName};
 
@@ -73,6 +73,8 @@ pub struct Planar {
     inverse: Vec<Vec3>,
     /// Time for which each body has followed its prescribed motion \[s\].
     clocks: Vec<f64>,
+    /// Poses and velocities that are shown, where they are not those of the state.
+    shown: Vec<Option<(Pose64, Vec3)>>,
 }
 
 /// Poses, velocities and clocks of a [`Planar`] model, which has as many bodies.
@@ -97,6 +99,7 @@ impl Planar {
             )));
         }
         (self.poses, self.velocities, self.clocks) = state;
+        self.show(&[]);
         Ok(())
     }
 
@@ -147,6 +150,7 @@ impl Planar {
                 })
                 .collect(),
             clocks: vec![0.0; bodies.len()],
+            shown: vec![None; bodies.len()],
             pairs,
             poses,
             pivots,
@@ -163,12 +167,14 @@ impl Planar {
 
     /// Pose of body `k`; `None` beyond the last.
     pub fn pose(&self, k: usize) -> Option<Pose64> {
-        self.poses.get(k).copied()
+        let own = *self.poses.get(k)?;
+        Some(self.shown[k].map_or(own, |(pose, _)| pose))
     }
 
     /// Velocity and spin of body `k` [m/s, m/s, rad/s].
     pub fn velocity(&self, k: usize) -> Option<Vec3> {
-        self.velocities.get(k).copied()
+        let own = *self.velocities.get(k)?;
+        Some(self.shown[k].map_or(own, |(_, velocity)| velocity))
     }
 
     /// The deepest penetration of the present configuration: surface, body with tips, gap \[m\]
@@ -351,6 +357,16 @@ impl MultibodyModel for Planar {
             self.poses[body] = own.prescribed(self.clocks[body]);
         } else {
             self.poses[body].advance(velocity, Vec2::zeros(), dt);
+        }
+    }
+
+    fn show(&mut self, shown: &[Shown]) {
+        self.shown.fill(None);
+        for own in shown {
+            let k = own.body as usize;
+            let mut pose = self.poses[k];
+            pose.advance(&own.displacement, Vec2::zeros(), 1.0);
+            self.shown[k] = Some((pose, self.velocities[k] + own.velocity));
         }
     }
 

@@ -260,7 +260,8 @@ impl Bodies {
             if shadow.kind == RigidBodyType::Fixed {
                 continue;
             }
-            let pose = shadow.pose.to_rapier();
+            let pose = shadow.shown_pose().to_rapier();
+            let u = shadow.shown_velocity(*u);
             let velocity = (Vector::new(u.x as Real, u.y as Real), u.z as Real);
             let new_velocity = velocities && velocity != shadow.written_velocity;
             if pose == shadow.written_pose && !new_velocity {
@@ -342,7 +343,7 @@ impl Bodies {
         let shadow = &mut self.list[k as usize];
         self.sleepers.mark_to_wake(shadow.group);
         self.placed.push(handle);
-        shadow.pose = pose;
+        (shadow.pose, shadow.shown) = (pose, None);
         shadow.written_pose = *body.position();
         shadow.written_velocity = (body.linvel(), body.angvel());
         shadow.seen = true;

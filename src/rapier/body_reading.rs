@@ -160,6 +160,7 @@ impl Bodies {
         }
         if first || pose != shadow.written_pose {
             shadow.pose = Pose64::from_rapier_body(&pose);
+            shadow.shown = None;
             shadow.written_pose = pose;
         }
         if first || velocity != shadow.written_velocity {
@@ -167,6 +168,7 @@ impl Bodies {
                 .map(widen_state)
                 .into();
             shadow.written_velocity = velocity;
+            shadow.shown = None;
         }
         shadow.seen = true;
         if !as_before {

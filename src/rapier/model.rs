@@ -8,7 +8,8 @@ use super::shadow::thickness;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::ContactRecord;
 use crate::dynamics::{
-    BodyRoles, Configuration, ContactPoint, Detection, JointRow, ModelError, MultibodyModel, Pose64,
+    BodyRoles, Configuration, ContactPoint, Detection, JointRow, ModelError, MultibodyModel,
+    Pose64, Shown,
 };
 
 /// A rapier world as a multibody model, for the duration of one step.
@@ -235,6 +236,16 @@ impl MultibodyModel for RapierModel<'_> {
                 of(0) + of(1)
             })
             .sum()
+    }
+
+    fn show(&mut self, shown: &[Shown]) {
+        self.bodies.list.iter_mut().for_each(|s| s.shown = None);
+        for own in shown {
+            let (k, body) = (own.body as usize, &mut self.bodies.list[own.body as usize]);
+            let mut pose = body.pose;
+            pose.advance(&own.displacement, body.center, 1.0);
+            body.shown = Some((pose, self.bodies.velocities[k] + own.velocity));
+        }
     }
 
     fn end_step(&mut self) {

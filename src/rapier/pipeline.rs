@@ -415,16 +415,19 @@ impl MoreauPipeline {
         self.bodies.place(world, body, pose, velocity)
     }
 
-    /// `f64` pose of a body's frame.
+    /// `f64` pose of a body's frame, as rapier has it rounded. Of a body with joints it is the one with
+    /// these closed: the next step goes on from one that differs by some `r (ω Δt)²/8`.
     pub fn pose(&self, body: RigidBodyHandle) -> Option<Pose64> {
         let k = self.bodies.index_of(body)?;
-        Some(self.bodies.list[k as usize].pose)
+        Some(self.bodies.list[k as usize].shown_pose())
     }
 
     /// `f64` velocity of a body: (v_x, v_y) of its centre of mass \[m/s\] and spin \[rad/s\].
+    /// With [`MoreauPipeline::pose`] it has the momenta of the state.
     pub fn velocity(&self, body: RigidBodyHandle) -> Option<Vec3> {
         let k = self.bodies.index_of(body)?;
-        Some(self.bodies.velocities[k as usize])
+        let own = self.bodies.velocities[k as usize];
+        Some(self.bodies.list[k as usize].shown_velocity(own))
     }
 
     /// The body with this number in the records of the last step.

@@ -11,6 +11,9 @@ use crate::dynamics::Pose64;
 pub(super) struct Shadow {
     pub handle: RigidBodyHandle,
     pub pose: Pose64,
+    /// Pose and velocity that are shown, where they are not those of the state: see
+    /// [`Shown`](crate::dynamics::Shown).
+    pub shown: Option<(Pose64, Vec3)>,
     /// Centre of mass in the body frame \[m\].
     pub center: Vec2,
     /// Distance of the farthest collider point from the centre of mass \[m\].
@@ -103,6 +106,16 @@ impl Shadow {
             && self.added_mass.as_ref() == added
     }
 
+    /// The pose that is shown.
+    pub fn shown_pose(&self) -> Pose64 {
+        self.shown.map_or(self.pose, |(pose, _)| pose)
+    }
+
+    /// The velocity that is shown, with that of the state.
+    pub fn shown_velocity(&self, own: Vec3) -> Vec3 {
+        self.shown.map_or(own, |(_, velocity)| velocity)
+    }
+
     /// Pose and velocity last written to rapier.
     pub fn written(&self) -> (Pose, (Vector, Real)) {
         (self.written_pose, self.written_velocity)
@@ -118,6 +131,7 @@ impl Shadow {
         let shadow = Shadow {
             handle,
             pose: Pose64::new(Vec2::zeros(), 0.0),
+            shown: None,
             center: Vec2::zeros(),
             radius: 0.0,
             parts: 0,

@@ -102,6 +102,9 @@ struct BodyState {
     written_velocity: [f64; 3],
     group: u32,
     last: Configuration,
+    /// Pose and velocity that are shown, where they are others.
+    #[serde(default)]
+    shown: Option<(Configuration, [f64; 3])>,
 }
 
 /// Why a state cannot be resumed.
@@ -194,6 +197,7 @@ impl MoreauPipeline {
                         written_velocity: [velocity.0.x, velocity.0.y, velocity.1].map(f64::from),
                         group: shadow.group,
                         last: shadow.last.numbers(),
+                        shown: (shadow.shown).map(|(pose, u)| (pose.numbers(), [u.x, u.y, u.z])),
                     }
                 })
                 .collect(),
@@ -293,6 +297,9 @@ impl MoreauPipeline {
             }
             bodies.velocities[k] = Vec3::from(saved.velocity);
             bodies.list[k].group = saved.group;
+            let shown = saved.shown.as_ref();
+            bodies.list[k].shown =
+                shown.map(|(pose, u)| (Pose64::from_numbers(pose), Vec3::from(*u)));
         }
         bodies.sleepers = state.sleepers.clone();
         pipeline.resumed = Some(Resumed::of(world, &pipeline)?);

@@ -22,6 +22,7 @@ mod meetings;
 mod momentum;
 mod own_solver;
 mod reductions;
+mod shown_joints;
 mod slides;
 mod sticking;
 mod threads;

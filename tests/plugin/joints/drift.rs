@@ -33,10 +33,12 @@ fn swing(dt: f64, time: f64, events: bool) -> ([f64; 2], [f64; 2], f64) {
 fn pins_of_a_double_pendulum_hold_at_order_two() {
     let rates = [240.0, 480.0, 960.0, 1920.0];
     let runs = rates.map(|rate| swing(1.0 / rate, 1.5, false));
-    for which in 0..2 {
-        let gaps = runs.map(|(gap, _, _)| gap[which]);
-        let p = order(&gaps);
-        assert!((p - 2.0).abs() < 0.2, "gap {which}, order {p}: {gaps:?}");
+    let gaps = runs.map(|(gap, _, _)| gap[0]);
+    let p = order(&gaps);
+    assert!((p - 2.0).abs() < 0.2, "order {p}: {gaps:?}");
+    // what is shown has the pins closed, but for 1e-9 of an arm
+    for ([middle, end], _, _) in runs {
+        assert!(end < (1e-4 * middle).max(1e-9), "{middle} {end}");
     }
     let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let steps: Vec<f64> = (0..3).map(|k| apart(runs[k].1, runs[k + 1].1)).collect();
@@ -53,7 +55,7 @@ fn pins_of_a_double_pendulum_hold_at_order_two() {
 fn pins_of_a_double_pendulum_do_not_drift_in_a_minute() {
     for events in [false, true] {
         let ([middle, end], _, rise) = swing(1.0 / 240.0, 60.0, events);
-        assert!(middle < 1.4e-3 && end < 1.4e-3, "{middle} {end}");
+        assert!(middle < 1.4e-3 && end < 1.4e-6, "{middle} {end}");
         assert!(rise < 0.02 * 40.0, "{rise}");
     }
 }
