@@ -97,7 +97,7 @@ pub(super) const BILATERAL: Law = Law::Bounded {
     compliance: 0.0,
 };
 
-const UNILATERAL: Law = Law::Contact {
+pub(super) const UNILATERAL: Law = Law::Contact {
     friction: 0.0,
     compliance: 0.0,
 };

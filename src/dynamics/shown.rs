@@ -10,6 +10,7 @@ use super::asked::Asked;
 use super::interval::{Interval, movable, side_velocities};
 use super::islands::Islands;
 use super::joint_recovery::{Closed, contacts_at_end, gap};
+use super::joint_rules::UNILATERAL;
 use super::model::{JointKind, JointRow, ModelError, MultibodyModel, Shown};
 use super::solution::Solution;
 use crate::contact::{
@@ -21,14 +22,14 @@ use crate::solver::{Direct, ImpulseSolver};
 const CLOSED: f64 = 1e-9;
 
 /// Relative residual at which the displacements count as solved, what a contact may close further, over its
-/// longer arm, and how much a motor may be off its speed, over the larger spin.
+/// longer arm, and how much a motor may be off its speed, over the speeds at stake.
 const ENOUGH: f64 = 1e-6;
 
-/// Largest displacement of a body, as a multiple of the sum of the gaps. Only next to a singular
+/// Largest displacement of a body, as a multiple of the sum of its island's gaps. Only next to a singular
 /// configuration would bodies move farther.
 const FARTHEST: f64 = 10.0;
 
-/// Most solves: each further one has the contacts that the one before would close.
+/// Most solves of an island: each further one has the contacts that the one before would close.
 const ROUNDS: usize = 4;
 
 /// Finds what a step shows of bodies with joints. It stores nothing from step to step but memory, and the
@@ -37,8 +38,6 @@ const ROUNDS: usize = 4;
 pub(super) struct Shows {
     solver: Direct,
     joints: Vec<JointRow>,
-    /// `s g` of (1) of [`Shows::find`].
-    wanted: Vec<Vec2>,
     asked: Asked,
     islands: Islands,
     local: LocalBodies,
@@ -46,6 +45,14 @@ pub(super) struct Shows {
     impulses: Vec<Vec2>,
     /// `d` of every body.
     moved: Vec<Vec3>,
+}
+
+/// A row that an island may not close by more than is `left` \[m\]: a contact, or a limit that is open.
+#[derive(Clone, Copy)]
+struct Guard {
+    island: usize,
+    rows: Rows,
+    left: f64,
 }
 
 impl Shows {
@@ -60,7 +67,8 @@ impl Shows {
     ///
     /// with the bend `n` of the joint in half a step ([`Bend`](super::joint_frames::Bend)): a gap that
     /// turning does not explain stays open, and is seen. Bodies without joints stay where they are. So do
-    /// those of an island in which (1) has no solution, for example between walls.
+    /// bodies that joints connect if (1) has no solution for them, for example between walls; all others are
+    /// immovable for them.
     ///
     /// Without contacts and motors, (1) projects the poses on those with closed joints, in the metric of the
     /// masses. This brings them no farther from any such poses, the true ones among them, up to terms of
@@ -89,158 +97,217 @@ impl Shows {
         }
         self.joints.clear();
         model.detect_joints(interval.length, &mut self.joints)?;
-        let wanted = |joint: &JointRow| wanted(joint, both, half);
-        self.wanted.clear();
-        self.wanted.extend(self.joints.iter().map(wanted));
-        let sum: f64 = self.wanted.iter().map(Vec2::norm).sum();
-        if sum == 0.0 {
+        let mut guards = self.ask(both, half, inverse_mass);
+        if self.asked.free.iter().all(|g| *g == Vec2::zeros()) {
             return Ok(Vec::new());
         }
-        self.ask(inverse_mass, &solution.end);
-        let mut contacts = contacts_at_end(interval, solution, path, inverse_mass);
-        let mut joined = vec![false; inverse_mass.len()];
-        for body in self.asked.rows.iter().flat_map(|rows| rows.bodies) {
-            if body != NO_BODY {
-                joined[body as usize] = true;
+        guards.extend(contacts_at_end(interval, solution, path, inverse_mass));
+        let guards = self.guards(&guards, inverse_mass.len());
+        self.moved.clear();
+        self.moved.resize(inverse_mass.len(), Vec3::zeros());
+        let mut floating = Vec::new();
+        for k in 0..self.islands.len() {
+            let range = guards.partition_point(|g| g.island < k)..;
+            let own = guards[range].iter().take_while(|g| g.island == k);
+            self.solve(k, own.copied().collect(), inverse_mass, &mut floating);
+        }
+        Ok(self.shown(model, floating, inverse_mass, &solution.end))
+    }
+
+    /// Sets up the rows of joints in (1), and their islands. Returns the limits that are open, with how far.
+    fn ask(
+        &mut self,
+        velocities: [&Vec<Vec3>; 2],
+        half: f64,
+        inverse_mass: &[Vec3],
+    ) -> Vec<(Rows, f64)> {
+        let (asked, mut limits) = (&mut self.asked, Vec::new());
+        asked.clear();
+        for joint in &self.joints {
+            let bodies = movable(joint.rows.bodies, inverse_mass);
+            match joint.kind {
+                JointKind::Motor { speed, .. } if runs_at(speed, joint, velocities[1]) => {
+                    asked.held(joint, bodies, inverse_mass);
+                }
+                JointKind::Motor { .. } | JointKind::Spring(_) => {}
+                JointKind::Limit { gap } if gap > 0.0 => {
+                    let rows = joint.rows;
+                    limits.push((Rows { bodies, ..rows }, gap));
+                }
+                _ => {
+                    let wanted = wanted(joint, velocities, half);
+                    asked.joint(joint, bodies, wanted, inverse_mass);
+                }
             }
         }
-        contacts.retain_mut(|(rows, left)| {
-            let inside = |b: u32| {
-                joined
-                    .get(b as usize)
-                    .map_or(NO_BODY, |own| if *own { b } else { NO_BODY })
-            };
-            rows.bodies = rows.bodies.map(inside);
-            *left = left.max(0.0);
-            rows.bodies != [NO_BODY; 2] && *left <= FARTHEST * sum
-        });
+        let sides = asked.rows.iter().map(|rows| rows.bodies);
+        self.islands.build(inverse_mass.len(), sides);
+        limits
+    }
+
+    /// Contacts and limits by the islands of joints that can close them, one for each side.
+    fn guards(&self, all: &[(Rows, f64)], bodies: usize) -> Vec<Guard> {
+        let mut island = vec![usize::MAX; bodies];
+        for k in 0..self.islands.len() {
+            let rows = (self.islands.blocks(k).iter()).map(|i| &self.asked.rows[*i as usize]);
+            for body in rows.flat_map(|rows| rows.bodies) {
+                if let Some(own) = island.get_mut(body as usize) {
+                    *own = k;
+                }
+            }
+        }
+        let of = |body: u32| {
+            island
+                .get(body as usize)
+                .copied()
+                .filter(|k| *k != usize::MAX)
+        };
+        let mut guards = Vec::new();
+        for (rows, left) in all {
+            let own = rows.bodies.map(of);
+            for side in 0..2 {
+                let Some(k) = own[side].filter(|_| side == 0 || own[0] != own[1]) else {
+                    continue;
+                };
+                let inside = |other: usize| match own[other] == Some(k) {
+                    true => rows.bodies[other],
+                    false => NO_BODY,
+                };
+                let bodies = [inside(0), inside(1)];
+                guards.push(Guard {
+                    island: k,
+                    rows: Rows { bodies, ..*rows },
+                    left: left.max(0.0),
+                });
+            }
+        }
+        guards.sort_by_key(|g| g.island);
+        guards
+    }
+
+    /// Solves (1) on island `k`. Adds the sides of its rows to `floating` if it moves and has no support.
+    fn solve(
+        &mut self,
+        k: usize,
+        mut guards: Vec<Guard>,
+        inverse_mass: &[Vec3],
+        floating: &mut Vec<[u32; 2]>,
+    ) {
+        let Asked { rows, free, laws } = &self.asked;
+        let members = self.islands.blocks(k);
+        let own = || members.iter().map(|i| *i as usize);
+        let sum: f64 = own().map(|i| free[i].norm()).sum();
+        if sum == 0.0 {
+            return;
+        }
+        let mut all: Vec<Rows> = own().map(|i| rows[i]).collect();
+        let (problem, push) = (&mut self.problem, &mut self.impulses);
+        problem.free.clear();
+        problem.free.extend(own().map(|i| free[i]));
+        problem.laws.clear();
+        problem.laws.extend(own().map(|i| laws[i]));
         for _ in 0..ROUNDS {
-            let free = self.solve(inverse_mass);
-            if self.moved.iter().any(|d| d.xy().norm() > FARTHEST * sum) {
+            let Delassus::Bodies(op) = &mut problem.operator else {
+                return;
+            };
+            let blocks: Vec<u32> = (0..all.len() as u32).collect();
+            self.local.operator(&blocks, |i| all[i], inverse_mass, op);
+            push.clear();
+            push.resize(all.len(), Vec2::zeros());
+            let solved = match all.len() {
+                1 => {
+                    let block = problem.operator.diagonal(0);
+                    push[0] = solve_local(&block, problem.free[0], &problem.laws[0]);
+                    true
+                }
+                _ => self.solver.solve(problem, push, ENOUGH).solved(),
+            };
+            for body in &self.local.bodies {
+                self.moved[*body as usize] = Vec3::zeros();
+            }
+            for (rows, p) in all.iter().zip(push.iter()) {
+                rows.push(*p, inverse_mass, &mut self.moved);
+            }
+            let moved = &self.moved;
+            let way = |body: &u32| moved[*body as usize].xy().norm();
+            if !solved
+                || self
+                    .local
+                    .bodies
+                    .iter()
+                    .any(|body| way(body) > FARTHEST * sum)
+            {
                 break;
             }
-            let before = contacts.len();
-            contacts.retain(|(rows, left)| {
-                let stays = left + rows.velocity(&self.moved).x >= -ENOUGH * arm(rows);
+            let before = guards.len();
+            guards.retain(|guard| {
+                let stays = guard.left + guard.rows.velocity(moved).x >= -ENOUGH * arm(&guard.rows);
                 if !stays {
-                    self.asked.contact(*rows, *left, 0.0);
+                    all.push(guard.rows);
+                    problem.free.push(Vec2::new(guard.left, 0.0));
+                    problem.laws.push(UNILATERAL);
                 }
                 stays
             });
-            if contacts.len() == before {
-                return Ok(self.shown(model, free, inverse_mass, &solution.end));
+            if guards.len() == before {
+                if !all.iter().any(|rows| rows.bodies.contains(&NO_BODY)) {
+                    floating.extend(all.iter().map(|rows| rows.bodies));
+                }
+                return;
             }
         }
-        Ok(Vec::new())
-    }
-
-    /// The rows of the joints in (1).
-    fn ask(&mut self, inverse_mass: &[Vec3], end: &[Vec3]) {
-        let asked = &mut self.asked;
-        asked.clear();
-        for (joint, wanted) in self.joints.iter().zip(&self.wanted) {
-            let bodies = movable(joint.rows.bodies, inverse_mass);
-            match joint.kind {
-                JointKind::Motor { speed, .. } => {
-                    let spins = side_velocities(&joint.rows, end).map(|u| u.z.abs());
-                    let most = spins.into_iter().fold(speed.abs(), f64::max);
-                    if (joint.rows.velocity(end).x - speed).abs() <= ENOUGH * most {
-                        asked.held(joint, bodies, inverse_mass);
-                    }
-                }
-                JointKind::Limit { gap } if gap > 0.0 => {
-                    asked.joint(joint, bodies, Vec2::new(gap, 0.0), inverse_mass);
-                }
-                _ => asked.joint(joint, bodies, *wanted, inverse_mass),
-            }
+        for body in &self.local.bodies {
+            self.moved[*body as usize] = Vec3::zeros();
         }
     }
 
-    /// Solves (1) on every island. Returns whether one that moves has no support.
-    fn solve(&mut self, inverse_mass: &[Vec3]) -> bool {
-        let Asked { rows, free, laws } = &self.asked;
-        self.moved.clear();
-        self.moved.resize(inverse_mass.len(), Vec3::zeros());
-        let sides = rows.iter().map(|rows| rows.bodies);
-        self.islands.build(inverse_mass.len(), sides);
-        let (mut floats, problem) = (false, &mut self.problem);
-        for k in 0..self.islands.len() {
-            let members = self.islands.blocks(k);
-            let of = |i: &u32| *i as usize;
-            let asks = |i: &u32| match laws[of(i)].is_bilateral() {
-                true => free[of(i)] != Vec2::zeros(),
-                false => free[of(i)].x < 0.0,
-            };
-            if !members.iter().any(asks) {
-                continue;
-            }
-            if let Delassus::Bodies(op) = &mut problem.operator {
-                self.local.operator(members, |i| rows[i], inverse_mass, op);
-            }
-            problem.free.clear();
-            problem.free.extend(members.iter().map(|i| free[of(i)]));
-            problem.laws.clear();
-            problem.laws.extend(members.iter().map(|i| laws[of(i)]));
-            let push = &mut self.impulses;
-            push.clear();
-            push.resize(members.len(), Vec2::zeros());
-            match members.len() {
-                1 => {
-                    push[0] = solve_local(
-                        &problem.operator.diagonal(0),
-                        problem.free[0],
-                        &problem.laws[0],
-                    )
-                }
-                _ if self.solver.solve(problem, push, ENOUGH).solved() => {}
-                _ => continue,
-            }
-            for (i, p) in members.iter().zip(push) {
-                rows[of(i)].push(*p, inverse_mass, &mut self.moved);
-            }
-            floats |= !members
-                .iter()
-                .any(|i| rows[of(i)].bodies.contains(&NO_BODY));
-        }
-        floats
-    }
-
-    /// What is shown, with the velocities of islands that `float` without support.
+    /// What is shown, with the velocities of islands that float: `floating` has the sides of their rows.
     fn shown<M: MultibodyModel + ?Sized>(
         &self,
         model: &mut M,
-        float: bool,
+        floating: Vec<[u32; 2]>,
         inverse_mass: &[Vec3],
         end: &[Vec3],
     ) -> Vec<Shown> {
-        let some = |(_, d): &(u32, Vec3)| *d != Vec3::zeros();
-        let found = || (0..).zip(self.moved.iter().copied()).filter(some);
-        let mut shown: Vec<Shown> = found()
-            .map(|(body, displacement)| Shown {
-                body,
-                displacement,
-                velocity: Vec3::zeros(),
-            })
-            .collect();
-        if float {
-            let state: Vec<_> = found()
-                .map(|(body, _)| model.configuration(body as usize))
-                .collect();
-            found().for_each(|(body, d)| model.shift(body as usize, &d, 1.0));
-            let closed = Closed {
-                moved: self.moved.iter().map(|d| d.xy()).collect(),
-                sides: self.asked.rows.iter().map(|r| r.bodies).collect(),
-            };
-            let mut velocities = end.to_vec();
-            restore_angular_momentum(model, &closed, inverse_mass, &mut velocities);
-            for (own, place) in shown.iter_mut().zip(&state) {
-                let body = own.body as usize;
-                model.set_configuration(body, place);
-                own.velocity = velocities[body] - end[body];
-            }
+        let moved = (0..).zip(self.moved.iter().copied());
+        let moved = || moved.clone().filter(|(_, d)| *d != Vec3::zeros());
+        let of = |(body, displacement)| Shown {
+            body,
+            displacement,
+            velocity: Vec3::zeros(),
+        };
+        if floating.is_empty() {
+            return moved().map(of).collect();
         }
-        shown
+        let state: Vec<_> = moved()
+            .map(|(body, _)| model.configuration(body as usize))
+            .collect();
+        moved().for_each(|(body, d)| model.shift(body as usize, &d, 1.0));
+        let closed = Closed {
+            moved: self.moved.iter().map(|d| d.xy()).collect(),
+            sides: floating,
+        };
+        let mut velocities = end.to_vec();
+        restore_angular_momentum(model, &closed, inverse_mass, &mut velocities);
+        for ((body, _), place) in moved().zip(&state) {
+            model.set_configuration(body as usize, place);
+        }
+        let all = (0..).zip(&self.moved).zip(velocities.iter().zip(end));
+        let all = all.map(|((body, d), (u, before))| Shown {
+            velocity: u - before,
+            ..of((body, *d))
+        });
+        all.filter(|own| own.displacement != Vec3::zeros() || own.velocity != Vec3::zeros())
+            .collect()
     }
+}
+
+/// Whether a motor has its speed at the end of the step.
+fn runs_at(speed: f64, joint: &JointRow, end: &[Vec3]) -> bool {
+    let sides = side_velocities(&joint.rows, end);
+    let shares = [0, 1].map(|side| joint.rows.jacobian[side][0].dot(&sides[side]).abs());
+    let scale = speed.abs() + shares[0] + shares[1];
+    (joint.rows.velocity(end).x - speed).abs() <= ENOUGH * scale
 }
 
 /// `s g` of (1).

@@ -148,6 +148,10 @@ impl Bodies {
                     locked(seen.3, invert(seen.0), invert(seen.1))
                 }
             };
+            // one that the user changes may not move any more; one that was resumed goes on
+            if shadow.mass_seen.is_some() {
+                shadow.adopt_shown();
+            }
             shadow.mass_seen = Some(seen);
             shadow.kind = body.body_type();
             shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
@@ -168,7 +172,8 @@ impl Bodies {
                 .map(widen_state)
                 .into();
             shadow.written_velocity = velocity;
-            shadow.shown = None;
+            let own = self.velocities[k];
+            shadow.shown = shadow.shown.map(|(pose, _)| (pose, own));
         }
         shadow.seen = true;
         if !as_before {

@@ -416,7 +416,8 @@ impl MoreauPipeline {
     }
 
     /// `f64` pose of a body's frame, as rapier has it rounded. Of a body with joints it is the one with
-    /// these closed: the next step goes on from one that differs by some `r (ω Δt)²/8`.
+    /// these closed, as far as turning opened them: the next step goes on from one that differs by some
+    /// `r (ω Δt)²/8`.
     pub fn pose(&self, body: RigidBodyHandle) -> Option<Pose64> {
         let k = self.bodies.index_of(body)?;
         Some(self.bodies.list[k as usize].shown_pose())

@@ -111,6 +111,13 @@ impl Shadow {
         self.shown.map_or(self.pose, |(pose, _)| pose)
     }
 
+    /// Makes the pose that is shown that of the state, for a body that stays there.
+    pub fn adopt_shown(&mut self) {
+        if let Some((pose, _)) = self.shown.take() {
+            self.pose = pose;
+        }
+    }
+
     /// The velocity that is shown, with that of the state.
     pub fn shown_velocity(&self, own: Vec3) -> Vec3 {
         self.shown.map_or(own, |(_, velocity)| velocity)

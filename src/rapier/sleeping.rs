@@ -383,6 +383,7 @@ impl Bodies {
                 continue;
             }
             shadow.group = group[k];
+            shadow.adopt_shown();
             self.velocities[k] = Vec3::zeros();
             if let Some(body) = world.bodies.get_mut(shadow.handle) {
                 body.sleep();

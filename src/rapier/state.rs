@@ -289,6 +289,10 @@ impl MoreauPipeline {
                 Vec3::from(saved.velocity),
                 (pose, (Vector::new(vx, vy), spin)),
             );
+            let shown = saved.shown.as_ref();
+            if let Some(own) = bodies.list.last_mut() {
+                own.shown = shown.map(|(pose, u)| (Pose64::from_numbers(pose), Vec3::from(*u)));
+            }
         }
         let dt = widen(world.integration_parameters.dt);
         for (k, saved) in state.bodies.iter().enumerate() {
@@ -297,9 +301,6 @@ impl MoreauPipeline {
             }
             bodies.velocities[k] = Vec3::from(saved.velocity);
             bodies.list[k].group = saved.group;
-            let shown = saved.shown.as_ref();
-            bodies.list[k].shown =
-                shown.map(|(pose, u)| (Pose64::from_numbers(pose), Vec3::from(*u)));
         }
         bodies.sleepers = state.sleepers.clone();
         pipeline.resumed = Some(Resumed::of(world, &pipeline)?);

@@ -8,6 +8,8 @@ use moreau2d::experiment::Engine;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
+const HEAD: &str = "[scene]\nname = \"chain\"\ntitle = \"A chain turns\"\n[step]\ntime = 0.5\n";
+
 /// Bars pinned end to end, at first to the world unless they are `free`, that turn about that pin, or about
 /// the middle.
 struct Chain {
@@ -38,9 +40,9 @@ impl Chain {
         }
     }
 
-    fn scene(&self) -> String {
-        let mut text =
-            "[scene]\nname = \"chain\"\ntitle = \"A chain turns\"\n[step]\ntime = 0.5\n".to_owned();
+    /// Bodies and joints, so far to the right \[m\], with `name` before their numbers.
+    fn bodies(&self, name: &str, right: f64) -> String {
+        let mut text = String::new();
         let middle: Vec2 = self.centres().sum::<Vec2>() / self.lengths.len() as f64;
         let about = if self.free { middle } else { Vec2::zeros() };
         for (k, at) in self.centres().enumerate() {
@@ -49,21 +51,25 @@ impl Chain {
             let [vx, vy] = [-self.spin * arm.y, self.spin * arm.x];
             write!(
                 text,
-                "[[body]]\nname = \"{k}\"\nbox = [{length}, 0.03]\nposition = [{}, {}]\n\
+                "[[body]]\nname = \"{name}{k}\"\nbox = [{length}, 0.03]\nposition = [{}, {}]\n\
                  angle = {angle}\nvelocity = [{vx}, {vy}]\nspin = {}\n",
-                at.x, at.y, self.spin
+                at.x + right,
+                at.y,
+                self.spin
             )
             .unwrap();
             let before = match k {
                 0 if self.free => continue,
                 0 => "world".to_owned(),
-                _ => (k - 1).to_string(),
+                _ => format!("{name}{}", k - 1),
             };
             let end = self.ends[k];
             write!(
                 text,
-                "[[joint]]\nkind = \"revolute\"\nbodies = [\"{before}\", \"{k}\"]\nat = [{}, {}]\n",
-                end.x, end.y
+                "[[joint]]\nkind = \"revolute\"\nbodies = [\"{before}\", \"{name}{k}\"]\n\
+                 at = [{}, {}]\n",
+                end.x + right,
+                end.y
             )
             .unwrap();
         }
@@ -92,7 +98,9 @@ fn chains_that_turn_show_their_pins_closed() {
     let (mut shown, mut inside) = (Vec::new(), Vec::new());
     for _ in 0..60 {
         let chain = Chain::by_chance(&mut series);
-        let mut built = parse(&chain.scene()).build().unwrap();
+        let mut built = parse(&(HEAD.to_owned() + &chain.bodies("a", 0.0)))
+            .build()
+            .unwrap();
         let (mut most, mut middle) = (0.0f64, 0.0f64);
         for _ in 0..30 {
             let record = Engine::Moreau.step(&mut built).unwrap();
@@ -114,6 +122,26 @@ fn chains_that_turn_show_their_pins_closed() {
     assert!(inside[30] > 5e-3, "{inside:?}");
     assert!(shown[30] < 1e-3, "{shown:?}");
     assert!(shown[48] < 1e-2, "{shown:?}");
+}
+
+/// Bug of a first draft: a heap of pinned pairs opened the pins of a pendulum 50 m away.
+#[test]
+fn what_is_far_away_changes_nothing() {
+    let mut series = Series(5);
+    for _ in 0..20 {
+        let [one, other] = [0; 2].map(|_| Chain::by_chance(&mut series));
+        let alone = HEAD.to_owned() + &one.bodies("a", 0.0);
+        let both = format!("{alone}{}", other.bodies("b", 50.0));
+        let [mut alone, mut both] = [alone, both].map(|text| parse(&text).build().unwrap());
+        for step in 0..30 {
+            for built in [&mut alone, &mut both] {
+                Engine::Moreau.step(built).unwrap();
+            }
+            for k in 0..one.lengths.len() {
+                assert_eq!(alone.state(k), both.state(k), "step {step}, bar {k}");
+            }
+        }
+    }
 }
 
 /// A motor's crank is where its speed takes it, with its pin closed.

@@ -5,6 +5,7 @@ mod drift;
 mod drives;
 mod mechanisms;
 mod refusals;
+mod shown;
 mod statics;
 
 use moreau2d::contact::Vec2;
