@@ -33,23 +33,26 @@ impl Asked {
 
     /// Adds a row of a joint with finite forces that must not move, `J d = 0`.
     pub fn held(&mut self, joint: &JointRow, bodies: [u32; 2], inverse_mass: &[Vec3]) {
-        if bodies != [NO_BODY; 2] && diagonal(joint, inverse_mass) > 0.0 {
-            self.rows.push(Rows {
-                bodies,
-                ..joint.rows
-            });
-            self.free.push(Vec2::zeros());
-            self.laws.push(BILATERAL);
-        }
+        self.push(joint, bodies, Vec2::zeros(), BILATERAL, inverse_mass);
     }
 
     /// Adds a row of a joint, `J d + free = 0`, or `≥ 0` of a limit; none where no body can move, or where
     /// the joint's forces are finite.
     pub fn joint(&mut self, joint: &JointRow, bodies: [u32; 2], free: Vec2, inverse_mass: &[Vec3]) {
-        if let Some((_, law)) = joint_impact_rule(joint, true)
-            && bodies != [NO_BODY; 2]
-            && diagonal(joint, inverse_mass) > 0.0
-        {
+        if let Some((_, law)) = joint_impact_rule(joint, true) {
+            self.push(joint, bodies, free, law, inverse_mass);
+        }
+    }
+
+    fn push(
+        &mut self,
+        joint: &JointRow,
+        bodies: [u32; 2],
+        free: Vec2,
+        law: Law,
+        inverse_mass: &[Vec3],
+    ) {
+        if bodies != [NO_BODY; 2] && diagonal(joint, inverse_mass) > 0.0 {
             self.rows.push(Rows {
                 bodies,
                 ..joint.rows

@@ -293,8 +293,8 @@ pub struct StepRecord {
     pub cut: usize,
     /// Smallest gap \[m\] of two surfaces apart that may touch within the step.
     pub least_gap: Option<f64>,
-    /// Largest gap \[m\] of a pin or slot at the midpoint. What turning opens
-    /// is closed at the end of the step, as it is shown: see [`MultibodyModel::show`](super::MultibodyModel::show).
+    /// Largest gap \[m\] of a pin or slot at the midpoint. What turning opens is closed where the end of the
+    /// step is shown: see [`MultibodyModel::show`](super::MultibodyModel::show).
     pub joint_gap: f64,
     /// Impacts located in time inside the step.
     pub events: usize,
