@@ -96,6 +96,13 @@ pub(super) struct PulledLink {
     pub in_parts: bool,
 }
 
+impl PulledLink {
+    /// What its step finds it by.
+    pub fn name(&self) -> (ContactKey, usize) {
+        (self.pin, self.side)
+    }
+}
+
 /// All data of contacts and joints for the next step, and the reserves of energy.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct ContactCache {

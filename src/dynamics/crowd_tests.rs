@@ -78,6 +78,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             gap,
             gap_noise: 0.0,
             radii: [0.0; 2],
+            rolls_on: [0.0; 2],
             friction: 0.5,
             law: NormalLaw::Rigid { restitution: 0.0 },
             surface_velocity: 0.0,

@@ -10,7 +10,8 @@
 //! h² k / (I + m r²) ≤ 2                                                          (1)
 //! ```
 //!
-//! and `k`, `I`, `m r²` as in (2) there: half the limit of stability. The forces of each part tell the
+//! and `k`, `I`, `m r²` as in (2) there, `k` without contacts as far as they do not outweigh the pins: half the
+//! limit of stability, and the limit with contacts. The forces of each part tell the
 //! length of the next, as the tension may rise within the step. An island that needs more than half of
 //! [`PARTS`] keeps the added inertia, and gets it back for as long as parts are not stable.
 //! One that was cut is cut in the following steps too, as long as it has links under tension: the change

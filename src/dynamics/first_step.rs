@@ -4,12 +4,13 @@
 //! through that of the two steps before. The first step has but its own first half, which lacks what the
 //! forces change: its force would be off by `a dt` in place of `a dt²`. So it is solved twice.
 
-use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
+use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left, PulledLink};
 use super::events::detect_at;
 use super::interval::{Interval, Source};
 use super::model::{
     Configuration, ContactKey, ContactPoint, ModelError, MultibodyModel, NormalLaw,
 };
+use super::pulled_links::{find_links, stiffen};
 use super::record::StepRecord;
 use super::rules::{Rules, Span, reference_acceleration, rest_velocity};
 use super::settings::StepError;
@@ -25,6 +26,9 @@ const TOUCHES: f64 = 1e-2;
 /// Change of `c` within the first step, as a share of the reference acceleration, below which the step is
 /// not solved again.
 const STEADY: f64 = 1e-4;
+
+/// Largest turn of a link in the first step \[rad\] that counts as rest.
+const AT_REST: f64 = 1e-6;
 
 /// Caches the velocities of contacts that touch and neither open nor close at the start, as if a
 /// step had just ended there. The first step can then use the change of their rows since the start,
@@ -97,6 +101,29 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
 }
 
 impl MoreauStepper {
+    /// Solves the first step once more if links turn in it that its solution shows to be under tension:
+    /// see [`super::pulled_links`].
+    pub(super) fn stiffen_first<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        rules: &Rules,
+        record: &mut StepRecord,
+    ) -> Result<(), StepError> {
+        let (dt, w) = (record.dt, model.inverse_mass());
+        let links = find_links(&self.stiff, &self.interval, &self.solution, w, dt);
+        let turns = |(body, _): &(usize, _)| self.solution.end[*body].z.abs() * dt > AT_REST;
+        if !links.iter().any(turns) {
+            return Ok(());
+        }
+        let mut links: Vec<_> = links.into_iter().map(|(_, link)| link).collect();
+        links.sort_unstable_by_key(PulledLink::name);
+        let interval = &mut self.interval;
+        self.stiff = stiffen(&links, false, interval, &mut self.inverse_mass, dt);
+        interval.apply_forces(model, &self.inverse_mass, self.time + 0.5 * dt);
+        interval.free_velocities(&self.inverse_mass, dt);
+        self.solve_anew(rules, FxHashMap::default(), record)
+    }
+
     /// Solves the first step once more with the turning of the rows that its first solution predicts. If
     /// the second solution does not confirm it, the first one is restored.
     pub(super) fn solve_again<M: MultibodyModel + ?Sized>(

@@ -67,6 +67,9 @@ pub struct ContactPoint {
     /// Radius of each surface where it is round \[m\]: of a disc, a capsule, a rounded corner. 0 at
     /// a sharp corner and on a flat face.
     pub radii: [f64; 2],
+    /// Where a surface lies flat on a disc, the radius of the disc \[m\]: its contact moves along it as it
+    /// turns. 0 elsewhere.
+    pub rolls_on: [f64; 2],
     pub friction: f64,
     pub law: NormalLaw,
     /// Tangential velocity that a moving surface adds to the relative velocity \[m/s\].

@@ -5,10 +5,15 @@
 //! with the geometric stiffness
 //!
 //! ```text
-//! k = Σ F_j · r_j − (Σ F) · (Σ r) / n          0 for a body on one pin             (1)
+//! k = Σ F_j · r_j − (Σ F) · (Σ r) / n + Σ N_c (R_c + d_c)                          (1)
 //! ```
 //!
-//! In a belt under tension T the links of length L swing as a zigzag with `ω² = k/I`, `k = T L`.
+//! The first two terms are 0 for a body on one pin. The last one is that of flat sides on discs of radius
+//! R, at the distance d from the body's centre along the normal: the contact of a side that turns rolls
+//! along it by (R + d) times the angle.
+//!
+//! In a belt under tension T the links of length L swing as a zigzag with `ω² = k/I`: `k = T L`, and
+//! twice that round a pulley, whatever its radius, since `N (R + d) = T L` there.
 //! The explicit integration is stable only for `Δt² k < 4 I`. A step therefore uses a larger inertia,
 //!
 //! ```text
@@ -16,9 +21,10 @@
 //! ω̃_A = ω_A √(Ĩ_before / Ĩ)                   where Ĩ grows                      (3)
 //! ```
 //!
-//! with the forces of the previous step. A body pinned to the world at the arm r swings about this
-//! pin, with the inertia `I + m r²`. Because of (3) a growing inertia adds no energy. `k` may rise at
-//! any rate, but falls by at most 1 % per step: if it oscillated, it would excite the swing.
+//! with the forces of the previous step; the first step of a simulation is solved twice instead. A body
+//! pinned to the world at the arm r swings about this pin, with the inertia `I + m r²`. Because of (3) a
+//! growing inertia adds no energy. `k` may rise at any rate, but falls by at most 1 % per step: if it
+//! oscillated, it would excite the swing.
 //!
 //! Energies and position corrections use the true inertia. The energy that the added inertia takes
 //! and returns counts as work of the pins, see [`StiffLink::added_work`].
@@ -34,6 +40,10 @@ use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// `Δt² k / Ĩ` of a stiffened link; 4 is the limit of stability.
 const STABLE: f64 = 3.0;
+
+/// Least share of the stiffness that counts for the parts of a step, see [`super::cut_links`]: with the
+/// pins alone a part is at half the limit of stability, with all contacts it may be at the limit.
+const OF_PARTS: f64 = 0.5;
 
 /// Least stiffness of a link in the next step, as a share of its present one.
 const FADES: f64 = 0.99;
@@ -72,7 +82,7 @@ pub(super) fn stiffen(
     }
     for joint in &interval.detection.joints {
         for (side, &body) in joint.rows.bodies.iter().enumerate() {
-            let named = links.binary_search_by_key(&(joint.key, side), |l| (l.pin, l.side));
+            let named = links.binary_search_by_key(&(joint.key, side), PulledLink::name);
             let (Ok(found), Some(w)) = (named, inverse_mass.get_mut(body as usize)) else {
                 continue;
             };
@@ -137,12 +147,14 @@ impl StiffLink {
     }
 }
 
-/// Sums over the pins of a body.
+/// Sums over the pins of a body, and over its contacts.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pins {
     first: Option<(ContactKey, usize)>,
     count: f64,
     pull: f64,
+    /// `Σ N (R + d)` \[N m\].
+    press: f64,
     force: Vec2,
     arm: Vec2,
     /// Largest squared arm of a pin to the world \[m²\].
@@ -166,8 +178,19 @@ pub(super) fn find_links(
     }
     let mut pins = vec![Pins::default(); inverse_mass.len()];
     for (block, &impulse) in interval.blocks.iter().zip(&solution.impulses) {
-        let Source::Joint(index) = block.source else {
-            continue;
+        let index = match block.source {
+            Source::Joint(index) => index,
+            Source::Contact(index) => {
+                let contact = &interval.detection.contacts[index];
+                for side in (0..2).filter(|_| !block.loaded && impulse.x > 0.0) {
+                    let (body, radius) = (contact.rows.bodies[side], contact.rolls_on[side]);
+                    if let Some(own) = pins.get_mut(body as usize).filter(|_| radius > 0.0) {
+                        let [_, t] = contact.rows.jacobian[side];
+                        own.press += impulse.x / dt * (radius + t.z.abs());
+                    }
+                }
+                continue;
+            }
         };
         let joint = &joints[index];
         let bodies = joint.rows.bodies;
@@ -207,7 +230,8 @@ pub(super) fn find_links(
             let fades = if link.cut { CUT_FADES } else { FADES };
             fades.powf(interval.length / step) * link.stiffness
         };
-        let pull = own.pull - own.force.dot(&own.arm) / own.count;
+        let of_pins = own.pull - own.force.dot(&own.arm) / own.count;
+        let pull = of_pins + own.press;
         let stiffness = match before {
             // the whole step is none of its parts, and may be unstable
             Some(link) if link.in_parts && interval.whole => link.stiffness,
@@ -218,14 +242,16 @@ pub(super) fn find_links(
         let pulled = step * step * stiffness / STABLE - support > inertia;
         let bodies = pins.len();
         if pulled && supported.get_or_insert_with(|| supports(bodies, interval, solution))[body] {
+            let share = (of_pins / pull).clamp(OF_PARTS, 1.0);
+            let rate = |stiffness: f64| (0.5 * share * stiffness / (inertia + support)).sqrt();
             let link = PulledLink {
                 pin,
                 side,
                 stiffness,
                 support,
                 inertia: before.map_or(inertia, |link| link.inertia[1]),
-                rate: (0.5 * stiffness / (inertia + support)).sqrt(),
-                lasting: (0.5 * pull.max(0.0) / (inertia + support)).sqrt(),
+                rate: rate(stiffness),
+                lasting: rate(pull.max(0.0)),
                 cut: before.is_some_and(|link| link.cut),
                 in_parts: before.is_some_and(|link| link.in_parts),
             };

@@ -285,8 +285,7 @@ impl MoreauStepper {
         self.cache.links = links.into_iter().map(|(_, link)| link).collect();
         let cut = clusters.iter_mut().map(|c| &mut c.links);
         cut.for_each(|links| self.cache.links.append(links));
-        let name = |link: &PulledLink| (link.pin, link.side);
-        self.cache.links.sort_unstable_by_key(name);
+        self.cache.links.sort_unstable_by_key(PulledLink::name);
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         std::mem::swap(&mut self.cache.landings, &mut self.landings_next);
         if rules.keeps_account() {
@@ -316,6 +315,9 @@ impl MoreauStepper {
         let dt = record.dt;
         let overlaps = self.set_up(model, rules, dt)?;
         self.solve(rules, dt)?;
+        if self.interval.first {
+            self.stiffen_first(model, rules, record)?;
+        }
         self.solve_driven(model, rules, record)?;
         if self.interval.first {
             self.solve_again(model, rules, record)?;

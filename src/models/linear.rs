@@ -213,6 +213,7 @@ impl MultibodyModel for Linear {
                 // rounding of one sum of numbers of this size
                 gap_noise: 4.0 * f64::EPSILON * (c.gap.abs() + terms.abs().sum()),
                 radii: [0.0; 2],
+                rolls_on: [0.0; 2],
                 friction: c.friction,
                 law: NormalLaw::Rigid {
                     restitution: c.restitution,

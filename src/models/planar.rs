@@ -245,6 +245,7 @@ impl Planar {
             gap_noise: (1e-12 * a.shape.size().min(b.shape.size()))
                 .max(4.0 * f64::EPSILON * coordinate),
             radii: [a.shape.surface_radius(), radius],
+            rolls_on: [0.0; 2],
             friction: 0.5 * (a.friction + b.friction),
             law: NormalLaw::Rigid {
                 restitution: 0.5 * (a.restitution + b.restitution),

@@ -147,6 +147,7 @@ impl MultibodyModel for Rotor {
                 // the gap is one product and one sum of numbers of this size
                 gap_noise: 4.0 * f64::EPSILON * (c.gap.abs() + (c.lever.x * turned).abs()),
                 radii: [0.0; 2],
+                rolls_on: [0.0; 2],
                 friction: c.friction,
                 law: c.law,
                 surface_velocity: 0.0,

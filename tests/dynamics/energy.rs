@@ -105,6 +105,7 @@ impl Cluster {
                 gap: 0.0,
                 gap_noise: 0.0,
                 radii: [0.0; 2],
+                rolls_on: [0.0; 2],
                 friction: if friction {
                     random.between(0.0, 1.5)
                 } else {

@@ -5,7 +5,7 @@ use super::super::engine::prelude::*;
 use super::super::kernels::{Touch, relative};
 use super::leaves::Leaf;
 use super::pairs::Finder;
-use super::points::{Pair, mix, parry_points, places, same_place};
+use super::points::{Pair, mix, parry_points, places, rolls_on, same_place};
 use super::shapes;
 use super::terms::Terms;
 use crate::dynamics::{ContactPoint, Detection, SurfacePoint};
@@ -66,6 +66,10 @@ impl Finder<'_> {
         let feature = match sides.iter().all(|leaf| leaf.lone) {
             true => touch.feature.into(),
             false => mix([sides[0].sub, sides[1].sub, touch.feature, 0]),
+        };
+        let setting = Pair {
+            rolls_on: rolls_on(sides, touch),
+            ..*setting
         };
         setting.point(bodies, touch, places(sides, touch), feature, true)
     }

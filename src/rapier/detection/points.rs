@@ -21,6 +21,8 @@ pub(super) struct Pair {
     pub belt: f64,
     pub size: f64,
     pub radii: [f64; 2],
+    /// See [`ContactPoint::rolls_on`].
+    pub rolls_on: [f64; 2],
 }
 
 impl Pair {
@@ -88,11 +90,27 @@ impl Pair {
             gap: touch.gap,
             gap_noise: (relative * self.size).max(4.0 * ulp * coordinate),
             radii: self.radii,
+            rolls_on: self.rolls_on,
             friction: self.friction,
             law: self.law,
             surface_velocity: self.belt,
         }
     }
+}
+
+/// See [`ContactPoint::rolls_on`].
+#[inline]
+pub(super) fn rolls_on(sides: [&Leaf; 2], touch: &Touch) -> [f64; 2] {
+    let on = |own: usize| match &sides[1 - own].part {
+        disc if !matches!(disc.core, Core::Ball(_)) => 0.0,
+        disc => {
+            let flat = sides[own]
+                .part
+                .is_face(sides[own].pose.unrotate(touch.normal));
+            f64::from(u8::from(flat)) * disc.radius()
+        }
+    };
+    [on(0), on(1)]
 }
 
 /// Where a contact of two parts lies on each.

@@ -69,6 +69,7 @@ impl Finder<'_> {
             belt: 0.0,
             size: one.size.min(two.size),
             radii: sides.map(|leaf| leaf.part.radius()),
+            rolls_on: [0.0; 2],
         }
     }
 

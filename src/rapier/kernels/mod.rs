@@ -96,6 +96,19 @@ pub(super) struct Touch {
 }
 
 impl Part {
+    /// Whether a direction, in its frame, is along the normal of one of its faces.
+    pub fn is_face(&self, direction: Vec2) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let along = |n: &Vec2| n.perp(&direction).abs() < ROUNDING;
+        match &self.core {
+            Core::Box(_) => direction.amin() < ROUNDING,
+            Core::Polygon(polygon) => polygon.normals.iter().any(along),
+            Core::Edge(edge) => along(&edge.normals[0]),
+            Core::HalfPlane(_) => true,
+            Core::Ball(_) | Core::Other(_) => false,
+        }
+    }
+
     /// Radius of its round surfaces \[m\].
     #[inline]
     pub fn radius(&self) -> f64 {
@@ -445,6 +458,36 @@ pub(super) mod tests {
                 assert!((u.gap - d.gap).abs() < 1e-14);
             }
         }
+    }
+
+    /// A disc touches a box on a face or at a corner, a capsule on its side or at an end.
+    #[test]
+    fn faces_are_told_from_corners() {
+        let half = Vec2::new(0.5, 0.2);
+        let points = corners(half).to_vec();
+        let edge = Edge::new(Vec2::new(-0.5, 0.0), Vec2::new(0.5, 0.0), false).unwrap();
+        let capsule = Part {
+            core: Core::Edge(Arc::new(edge)),
+            rounding: 0.2,
+        };
+        let polygon = Polygon::new(points).unwrap();
+        let flats = [
+            sharp(Core::Box(half)),
+            sharp(Core::Polygon(Arc::new(polygon))),
+            capsule,
+        ];
+        let pose = Pose64::new(Vec2::new(0.3, 0.4), 0.7);
+        let disc = sharp(Core::Ball(2.0));
+        for flat in &flats {
+            for (at, expected) in [(0.0, true), (0.45, true), (0.6, false), (-1.5, false)] {
+                let place = Pose64::new(pose.apply(Vec2::new(at, 2.2)), 0.0);
+                let found = gaps(pose, flat, place, &disc);
+                assert_eq!(found.len(), 1);
+                let face = flat.is_face(pose.unrotate(found[0].normal));
+                assert_eq!(face, expected, "{at}");
+            }
+        }
+        assert!(!disc.is_face(Vec2::y()));
     }
 
     /// Against the distance of densely sampled outlines.

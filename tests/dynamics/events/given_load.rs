@@ -59,6 +59,7 @@ impl MultibodyModel for Press {
                 gap,
                 gap_noise: 0.0,
                 radii: [0.0; 2],
+                rolls_on: [0.0; 2],
                 friction: 0.0,
                 law,
                 surface_velocity: 0.0,
