@@ -101,8 +101,8 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
 }
 
 impl MoreauStepper {
-    /// Solves the first step once more if links turn in it that its solution shows to be under tension:
-    /// see [`super::pulled_links`].
+    /// Solves the first step once more if links begin to turn in it that its solution shows to be under
+    /// tension: see [`super::pulled_links`]. Links that turn already would be braked within the step.
     pub(super) fn stiffen_first<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
@@ -111,8 +111,10 @@ impl MoreauStepper {
     ) -> Result<(), StepError> {
         let (dt, w) = (record.dt, model.inverse_mass());
         let links = find_links(&self.stiff, &self.interval, &self.solution, w, dt);
-        let turns = |(body, _): &(usize, _)| self.solution.end[*body].z.abs() * dt > AT_REST;
-        if !links.iter().any(turns) {
+        let (start, end) = (&self.interval.start, &self.solution.end);
+        let turns = |(body, _): &(usize, _)| end[*body].z.abs() * dt > AT_REST;
+        let rests = |(body, _): &(usize, _)| start[*body].z == 0.0;
+        if !self.stiff.is_empty() || !links.iter().all(rests) || !links.iter().any(turns) {
             return Ok(());
         }
         let mut links: Vec<_> = links.into_iter().map(|(_, link)| link).collect();

@@ -51,7 +51,10 @@ impl IslandCache {
 
     /// Ends a successful step.
     pub fn commit(&mut self) {
-        self.last = std::mem::take(&mut self.next);
+        std::mem::swap(&mut self.last, &mut self.next);
+        // the sets of a crowd are large: they keep their memory
+        self.next.factors.clear();
+        self.next.crowds.clear();
     }
 
     /// Ends a failed step. Its islands may have taken factors out of the last generation, so all
@@ -89,23 +92,22 @@ impl IslandCache {
     /// Stores whether an island with these blocks is a crowd.
     pub fn store_crowd(
         &mut self,
-        keys: impl Iterator<Item = ContactKey> + Clone,
+        keys: impl Iterator<Item = ContactKey>,
         whole: bool,
         crowd: bool,
     ) {
-        // an earlier round of the step may have stored another state
-        if whole && !self.next.crowds.is_empty() {
-            for key in keys.clone() {
-                self.next.crowds.remove(&key);
-            }
-        }
+        let crowds = if whole {
+            &mut self.next.crowds
+        } else {
+            &mut self.within
+        };
         if crowd {
-            let crowds = if whole {
-                &mut self.next.crowds
-            } else {
-                &mut self.within
-            };
             crowds.extend(keys);
+        } else if whole && !crowds.is_empty() {
+            // an earlier round of the step may have stored another state
+            for key in keys {
+                crowds.remove(&key);
+            }
         }
     }
 

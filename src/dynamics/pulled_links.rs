@@ -8,9 +8,9 @@
 //! k = Σ F_j · r_j − (Σ F) · (Σ r) / n + Σ N_c (R_c + d_c)                          (1)
 //! ```
 //!
-//! The first two terms are 0 for a body on one pin. The last one is that of flat sides on discs of radius
-//! R, at the distance d from the body's centre along the normal: the contact of a side that turns rolls
-//! along it by (R + d) times the angle.
+//! for a body on several pins, 0 on one. The last term is that of flat sides that slip on discs of radius
+//! R, at the distance d from the body's centre towards the disc: as the body turns, the contact moves along
+//! the side by (R + d) times the angle.
 //!
 //! In a belt under tension T the links of length L swing as a zigzag with `ω² = k/I`: `k = T L`, and
 //! twice that round a pulley, whatever its radius, since `N (R + d) = T L` there.
@@ -177,16 +177,17 @@ pub(super) fn find_links(
         return Vec::new();
     }
     let mut pins = vec![Pins::default(); inverse_mass.len()];
-    for (block, &impulse) in interval.blocks.iter().zip(&solution.impulses) {
+    let blocks = interval.blocks.iter().zip(&interval.sides);
+    for ((block, sides), &impulse) in blocks.zip(&solution.impulses) {
         let index = match block.source {
             Source::Joint(index) => index,
             Source::Contact(index) => {
                 let contact = &interval.detection.contacts[index];
                 for side in (0..2).filter(|_| !block.loaded && impulse.x > 0.0) {
-                    let (body, radius) = (contact.rows.bodies[side], contact.rolls_on[side]);
-                    if let Some(own) = pins.get_mut(body as usize).filter(|_| radius > 0.0) {
+                    let (body, radius) = (sides[side] as usize, contact.rolls_on[side]);
+                    if let Some(own) = pins.get_mut(body).filter(|_| radius > 0.0) {
                         let [_, t] = contact.rows.jacobian[side];
-                        own.press += impulse.x / dt * (radius + t.z.abs());
+                        own.press += impulse.x / dt * (radius - t.z);
                     }
                 }
                 continue;
@@ -231,7 +232,9 @@ pub(super) fn find_links(
             fades.powf(interval.length / step) * link.stiffness
         };
         let of_pins = own.pull - own.force.dot(&own.arm) / own.count;
-        let pull = of_pins + own.press;
+        // on one pin a contact holds what swings
+        let press = if own.count > 1.0 { own.press } else { 0.0 };
+        let pull = of_pins + press;
         let stiffness = match before {
             // the whole step is none of its parts, and may be unstable
             Some(link) if link.in_parts && interval.whole => link.stiffness,
@@ -242,7 +245,10 @@ pub(super) fn find_links(
         let pulled = step * step * stiffness / STABLE - support > inertia;
         let bodies = pins.len();
         if pulled && supported.get_or_insert_with(|| supports(bodies, interval, solution))[body] {
-            let share = (of_pins / pull).clamp(OF_PARTS, 1.0);
+            let share = match pull > 0.0 {
+                true => (of_pins / pull).clamp(OF_PARTS, 1.0),
+                false => 1.0,
+            };
             let rate = |stiffness: f64| (0.5 * share * stiffness / (inertia + support)).sqrt();
             let link = PulledLink {
                 pin,

@@ -179,3 +179,31 @@ fn a_belt_slips_round_a_drum_at_any_step() {
     assert!(overlaps[0] < 5e-4, "{overlaps:?}");
     assert!(order(&overlaps) > 1.4, "{overlaps:?}");
 }
+
+/// The load of a bar on one pin is no tension: once it has rolled off, the bar swings as it is.
+#[test]
+fn a_hinged_bar_swings_freely_once_a_disc_has_left_it() {
+    let angle = |hz: u32| {
+        let scene = parse(&format!(
+            "[scene]\nname = \"bar\"\ntitle = \"t\"\n[step]\ndt = {}\n\
+             [[body]]\nname = \"post\"\nkind = \"fixed\"\nbox = [0.1, 0.1]\nposition = [0.45, -0.075]\n\
+             [[body]]\nname = \"disc\"\nmass = 200\ndisc = 1\nposition = [0.3, 1.025]\nvelocity = [1, 0]\n\
+             [[body]]\nname = \"bar\"\nmass = 0.1\nbox = [1.2, 0.05]\nposition = [-0.1, 0]\n\
+             [[joint]]\nkind = \"revolute\"\nbodies = [\"world\", \"bar\"]\nat = [0, 0]\n\
+             [[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [10, 0.1]\nposition = [5.52, -0.025]\n",
+            1.0 / f64::from(hz)
+        ));
+        let mut built = scene.build().unwrap();
+        for _ in 0..hz {
+            Engine::Moreau.step(&mut built).unwrap();
+        }
+        built.state(2).unwrap().0.angle()
+    };
+    let fine = angle(1920);
+    assert!(fine > 0.2, "{fine}");
+    assert!(
+        (angle(60) / fine - 1.0).abs() < 0.02,
+        "{} {fine}",
+        angle(60)
+    );
+}
