@@ -155,14 +155,6 @@ impl MoreauStepper {
         &self.threads
     }
 
-    /// Clears the contact cache, for example after the mesh of a collider has changed.
-    pub fn forget_contacts(&mut self) {
-        self.cache.contacts.clear();
-        self.cache.links.clear();
-        self.resting.clear();
-        self.solver.cache.clear();
-    }
-
     /// The state that the next step depends on.
     pub(crate) fn state(&self) -> StepperState {
         StepperState {
