@@ -172,50 +172,10 @@ pub(super) fn find_links(
     inverse_mass: &[Vec3],
     step: f64,
 ) -> Vec<(usize, PulledLink)> {
-    let (joints, dt) = (&interval.detection.joints, interval.length);
-    if joints.is_empty() {
+    if interval.detection.joints.is_empty() {
         return Vec::new();
     }
-    let mut pins = vec![Pins::default(); inverse_mass.len()];
-    let blocks = interval.blocks.iter().zip(&interval.sides);
-    for ((block, sides), &impulse) in blocks.zip(&solution.impulses) {
-        let index = match block.source {
-            Source::Joint(index) => index,
-            Source::Contact(index) => {
-                let contact = &interval.detection.contacts[index];
-                for side in (0..2).filter(|_| !block.loaded && impulse.x > 0.0) {
-                    let (body, radius) = (sides[side] as usize, contact.rolls_on[side]);
-                    if let Some(own) = pins.get_mut(body).filter(|_| radius > 0.0) {
-                        let [_, t] = contact.rows.jacobian[side];
-                        own.press += impulse.x / dt * (radius - t.z);
-                    }
-                }
-                continue;
-            }
-        };
-        let joint = &joints[index];
-        let bodies = joint.rows.bodies;
-        let fixed = |body: u32| inverse_mass.get(body as usize).is_none_or(|w| w.x <= 0.0);
-        for side in (0..2).filter(|&side| bodies[side] != NO_BODY) {
-            let own = &mut pins[bodies[side] as usize];
-            own.held |= joint.part == JointPart::Lock(JointCoordinate::Angle);
-            if !matches!(joint.kind, JointKind::Pin { .. }) {
-                continue;
-            }
-            // rows (±1, 0, ∓r_y) and (0, ±1, ±r_x)
-            let [n, t] = joint.rows.jacobian[side];
-            let force = (n.xy() * impulse.x + t.xy() * impulse.y) / dt;
-            let arm = Vec2::new(t.y * t.z, -n.x * n.z);
-            own.first.get_or_insert((joint.key, side));
-            own.count += 1.0;
-            own.pull += force.dot(&arm);
-            own.force += force;
-            own.arm += arm;
-            if fixed(bodies[1 - side]) {
-                own.support = own.support.max(arm.norm_squared());
-            }
-        }
-    }
+    let pins = sum_pins(interval, solution, inverse_mass);
     let mut stiff_of = vec![None; if stiff.is_empty() { 0 } else { pins.len() }];
     for link in stiff {
         stiff_of[link.body].get_or_insert(link);
@@ -265,6 +225,52 @@ pub(super) fn find_links(
         }
     }
     links
+}
+
+/// The sums of all bodies, with the forces of this interval.
+fn sum_pins(interval: &Interval, solution: &Solution, inverse_mass: &[Vec3]) -> Vec<Pins> {
+    let (joints, dt) = (&interval.detection.joints, interval.length);
+    let mut pins = vec![Pins::default(); inverse_mass.len()];
+    let blocks = interval.blocks.iter().zip(&interval.sides);
+    for ((block, sides), &impulse) in blocks.zip(&solution.impulses) {
+        let index = match block.source {
+            Source::Joint(index) => index,
+            Source::Contact(index) => {
+                let contact = &interval.detection.contacts[index];
+                for side in (0..2).filter(|_| !block.loaded && impulse.x > 0.0) {
+                    let (body, radius) = (sides[side] as usize, contact.rolls_on[side]);
+                    if let Some(own) = pins.get_mut(body).filter(|_| radius > 0.0) {
+                        let [_, t] = contact.rows.jacobian[side];
+                        own.press += impulse.x / dt * (radius - t.z);
+                    }
+                }
+                continue;
+            }
+        };
+        let joint = &joints[index];
+        let bodies = joint.rows.bodies;
+        let fixed = |body: u32| inverse_mass.get(body as usize).is_none_or(|w| w.x <= 0.0);
+        for side in (0..2).filter(|&side| bodies[side] != NO_BODY) {
+            let own = &mut pins[bodies[side] as usize];
+            own.held |= joint.part == JointPart::Lock(JointCoordinate::Angle);
+            if !matches!(joint.kind, JointKind::Pin { .. }) {
+                continue;
+            }
+            // rows (±1, 0, ∓r_y) and (0, ±1, ±r_x)
+            let [n, t] = joint.rows.jacobian[side];
+            let force = (n.xy() * impulse.x + t.xy() * impulse.y) / dt;
+            let arm = Vec2::new(t.y * t.z, -n.x * n.z);
+            own.first.get_or_insert((joint.key, side));
+            own.count += 1.0;
+            own.pull += force.dot(&arm);
+            own.force += force;
+            own.arm += arm;
+            if fixed(bodies[1 - side]) {
+                own.support = own.support.max(arm.norm_squared());
+            }
+        }
+    }
+    pins
 }
 
 /// Whether the island of each body touches a body that no impulse moves, or is pinned to one. Scaling
