@@ -36,6 +36,7 @@
 //! assert!(Uniqueness::of(&problem, &impulses).self_stress >= Some(55));
 //! ```
 
+mod anderson;
 mod auto;
 mod best;
 mod block_status;
