@@ -10,7 +10,7 @@
 //!   330 hexagons this raised the problems that [`Direct`](crate::solver::Direct) solves from 14 and
 //!   16 to 66 and 92 of a hundred.
 //! - Overlaps are moved apart by sweeps as well: see [`part_crowd`].
-//! - Contacts that give energy are scaled down: see [`super::energy_bound::bound_swept`].
+//! - Contacts that give energy are scaled down: see [`super::scaled::bound_swept`].
 //! - [`Effort`](super::rules::Effort) decides whether an exact solve is tried.
 //!
 //! A heap that slows down comes to rest under the sweeps alone. Then it is certified like any other.

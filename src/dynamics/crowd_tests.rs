@@ -1,11 +1,11 @@
 //! Large islands that are not solved, over several steps.
 
 use super::super::constraint_work::work;
-use super::super::energy_bound::bound_swept;
 use super::super::interval::{Block, Collected, Interval, Source};
 use super::super::island_problem::{IslandProblem, LARGE, Terms, is_rigid};
 use super::super::model::{ContactKey, ContactPoint, NormalLaw};
 use super::super::rules::{Effort, ImpactLaw, Rules, Scheme};
+use super::super::scaled::bound_swept;
 use super::super::solution::Solution;
 use super::super::solve::IslandSolver;
 use super::simplify;

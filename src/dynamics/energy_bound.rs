@@ -11,6 +11,7 @@ use super::constraint_work::{joint_work, work, work_of};
 use super::contact_cache::JointEnergy;
 use super::island_problem::{IslandProblem, Terms};
 use super::reserve::given_without_impacts;
+use super::scaled::scale_joints;
 use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
 use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 
@@ -256,51 +257,6 @@ pub(super) fn bound_contacts(
     Some(found.report(&report, !found.plastic.solved(), tolerance))
 }
 
-/// Work that contacts of a crowd may add, as a share of `P · G P`: sweeps leave residuals.
-const ROUND: f64 = 1e-9;
-
-/// Scales the impulses `P` of the rigid contacts of a crowd so that they add no energy:
-///
-/// ```text
-/// W(s P) = s W(P) − s (1 − s) q/2 ≤ 0,   q = P · G P,   s = 1 − 2 W(P)/q          (1)
-/// ```
-///
-/// with `W` of (1) of [`bound_contacts`]. Scaled impulses stay in the friction cone; bodies may close by
-/// a share `1 − s` of what the impulses hold off. `velocities` is `G P + b`. Returns whether it changed
-/// anything.
-pub(super) fn bound_swept(
-    island: &IslandProblem,
-    impulses: &mut [Vec2],
-    velocities: &[Vec2],
-) -> bool {
-    let work = work(island, impulses, velocities);
-    if work <= 0.0 {
-        return false;
-    }
-    let terms = &island.terms;
-    let rigid = |i: usize, p: &Vec2| if terms[i].rigid { *p } else { Vec2::zeros() };
-    let own: Vec<Vec2> = (impulses.iter().enumerate())
-        .map(|(i, p)| rigid(i, p))
-        .collect();
-    let mut change = Vec::new();
-    island.problem.velocities(&own, &mut change);
-    let of = |i: usize| own[i].dot(&(change[i] - island.problem.free[i]));
-    let product: f64 = (0..own.len()).map(of).sum();
-    if work <= ROUND * product {
-        return false;
-    }
-    let share = match product > 0.0 {
-        true => (1.0 - 2.0 * work / product).max(0.0),
-        false => 0.0,
-    };
-    for (i, p) in impulses.iter_mut().enumerate() {
-        if terms[i].rigid {
-            *p *= share;
-        }
-    }
-    true
-}
-
 /// Energy \[J\] that the rigid contacts of a problem add, if all its impulses act and give these velocities.
 fn contact_work(
     problem: &ContactProblem,
@@ -418,15 +374,11 @@ pub(super) fn bound_joints(
     if bilateral.is_empty() {
         return None;
     }
-    // γ_E of a bilateral row is minus the velocity added to γ_F
-    let added = bilateral
-        .iter()
-        .map(|h| problem.free[h.block] - terms[h.block].gamma_f);
-    let added: Vec<Vec2> = added.collect();
-    let work = |share: f64, p: &[Vec2]| -> f64 {
-        let blocks = bilateral.iter().map(|h| h.block).zip(&added);
-        let of = |(k, b): (usize, &Vec2)| 0.5 * p[k].dot(&(terms[k].gamma_a - b * share));
-        blocks.map(of).sum()
+    // γ_E = −b of a bilateral row but for the residual of the solve, which large impulses turn into work
+    let gamma_1 = |k: usize| velocities[k] - (problem.free[k] - terms[k].gamma_f);
+    let work = |p: &[Vec2], gamma_end: &dyn Fn(usize) -> Vec2| -> f64 {
+        let of = |k: usize| 0.5 * p[k].dot(&(terms[k].gamma_a + gamma_end(k)));
+        bilateral.iter().map(|own| of(own.block)).sum()
     };
     let Account {
         added: before,
@@ -440,7 +392,7 @@ pub(super) fn bound_joints(
         true => contact_work(problem, terms, (p, velocities)),
         false => 0.0,
     };
-    let (now, contacts) = (work(1.0, impulses), by_contacts(impulses, velocities));
+    let (now, contacts) = (work(impulses, &gamma_1), by_contacts(impulses, velocities));
     let gains = now > room || counts && total + now + contacts > limit;
     if !gains && !doubtful {
         return None;
@@ -456,11 +408,17 @@ pub(super) fn bound_joints(
     }
     // what exceeds the bound gives no more than the reserve
     let room = room.min(island.reserve.max(0.0));
-    let of_joints = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
-    let of_all = |share: f64, p: &[Vec2], _: &[Vec2]| {
+    // the plastic problem adds no velocity: its γ_E is G P + b
+    let blended = |share: f64, p: &[Vec2], plastic_velocities: &[Vec2]| {
+        work(p, &|k| plastic_velocities[k].lerp(&gamma_1(k), share))
+    };
+    let of_joints = |share: f64, p: &[Vec2], plastic_velocities: &[Vec2]| {
+        blended(share, p, plastic_velocities) - room
+    };
+    let of_all = |share: f64, p: &[Vec2], plastic_velocities: &[Vec2]| {
         let mut velocities = Vec::new();
         problem.velocities(p, &mut velocities);
-        total + work(share, p) + by_contacts(p, &velocities) - limit
+        total + blended(share, p, plastic_velocities) + by_contacts(p, &velocities) - limit
     };
     let excess: &[Excess] = match counts {
         true => &[&of_joints, &of_all],
@@ -471,7 +429,14 @@ pub(super) fn bound_joints(
     let found = blend(solver, problems, start, first, tolerance, excess);
     impulses.copy_from_slice(&found.impulses);
     let worse = found.share == 0.0 || !found.plastic.solved();
-    let report = found.report(&report, worse, tolerance);
+    let mut report = found.report(&report, worse, tolerance);
     let bias = lerp(&plastic.free, &problem.free, found.share);
-    Some((report, bias))
+    let held = ContactProblem {
+        free: bias,
+        ..plastic
+    };
+    if found.share == 0.0 && scale_joints(&held, island, impulses, room.max(limit)) {
+        report = SolveReport::judged(&held, impulses, tolerance).after(&report);
+    }
+    Some((report, held.free))
 }

@@ -4,7 +4,7 @@
 use super::closings::settle_closings;
 use super::constraint_work::{joint_work, work};
 use super::crowd::simplify;
-use super::energy_bound::{bound_contacts, bound_joints, bound_swept, hopeless, joint_energies};
+use super::energy_bound::{bound_contacts, bound_joints, hopeless, joint_energies};
 use super::interval::Interval;
 use super::island_problem::{IslandProblem, LARGE, restore_pushes};
 use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};
@@ -12,6 +12,7 @@ use super::phases::PhaseClock;
 use super::redundancy::redundant;
 use super::reserve::{debt, reserve_after};
 use super::rules::{Effort, ImpactLaw, Rules, Scheme};
+use super::scaled::bound_swept;
 use super::solution::Solution;
 use crate::contact::{ContactProblem, Law, Residual, Vec2, Vec3, natural_map};
 use crate::solver::{Crowd, FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};

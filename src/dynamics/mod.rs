@@ -86,6 +86,7 @@ mod resting;
 mod roles;
 mod rules;
 pub(crate) mod saved;
+mod scaled;
 mod settings;
 mod shown;
 mod solution;
