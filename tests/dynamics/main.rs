@@ -4,6 +4,7 @@
 mod common;
 
 mod belt;
+mod bridge;
 mod closed_forms;
 mod closed_loops;
 mod crowds;
