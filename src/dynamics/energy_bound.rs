@@ -18,6 +18,9 @@ use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 /// Largest energy that joints may add, as a share of the energy of their island.
 const SHARE: f64 = 0.01;
 
+/// Part of that share that a step may give in any case: the residual of its solve.
+const NOISE: f64 = 1e-3;
+
 /// Share of the added energy, and of its scale, that decays in a step.
 const DECAY: f64 = 1.0 / 256.0;
 
@@ -435,7 +438,7 @@ pub(super) fn bound_joints(
         free: bias,
         ..plastic
     };
-    if found.share == 0.0 && scale_joints(&held, island, impulses, room.max(limit)) {
+    if found.share == 0.0 && scale_joints(&held, island, impulses, room.max(NOISE * limit)) {
         report = SolveReport::judged(&held, impulses, tolerance).after(&report);
     }
     Some((report, held.free))

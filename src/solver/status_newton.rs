@@ -91,7 +91,7 @@ impl StatusNewton {
         self.history.clear();
         let (mut changed_before, mut merit_before) = (n, f64::INFINITY);
         let (mut step, mut lighter) = (0, false);
-        let mut extrapolated = 0;
+        let (mut extrapolated, mut slowest) = (0, f64::INFINITY);
         self.anderson.clear();
         let first = if self.first > 0.0 {
             self.first
@@ -143,19 +143,27 @@ impl StatusNewton {
                 .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
             let residual = judge.natural_map(problem, &self.inside);
             let merit = residual.merit();
-            best.offer(&self.inside, residual);
+            if changed > 0 {
+                self.anderson.clear();
+                slowest = f64::INFINITY;
+            }
+            // where rows contradict each other, impulses grow without end: their residual does not fall, but the
+            // round-off that is granted to them rises
+            if self.anderson.is_empty() || residual.velocity < slowest {
+                best.offer(&self.inside, residual);
+            }
             if best.solved() || merit.is_nan() {
                 return step;
             }
             // neither 0 nor infinity decreases any more
-            if changed > 0 {
-                self.anderson.clear();
-            } else if merit >= SLOW * merit_before || !self.anderson.is_empty() {
+            let slow = merit >= SLOW * merit_before || !self.anderson.is_empty();
+            if changed == 0 && slow {
                 // the proximal term limits the last digits, or round-off does
                 if self.proximal * LIGHTER >= LIGHTEST {
                     self.proximal *= LIGHTER;
                     lighter = true;
                 } else if extrapolated < EXTRAPOLATED {
+                    slowest = slowest.min(residual.velocity);
                     extrapolated += 1;
                     self.anderson.next(&self.before, &mut self.current);
                 } else {

@@ -68,8 +68,8 @@ fn a_disc_rolls_over_a_taut_bridge() {
         let work: usize = records.iter().map(|r| r.factorisations).sum();
         let gap = records.iter().map(|r| r.joint_gap).fold(0.0, f64::max);
         println!("{planks} planks: {unsolved} unsolved, {work} factorisations, gap {gap:.1e} m");
-        // one step, in which 16 planks are straight within round-off
-        assert!(unsolved <= planks / 16, "{planks}: {unsolved}");
+        // steps in which the bridge is straight within round-off
+        assert!(unsolved <= 3, "{planks}: {unsolved}");
         assert!(work as f64 <= most * 120.0, "{planks}: {work}");
         assert!(gap < 5e-4, "{planks}: {gap}");
     }
