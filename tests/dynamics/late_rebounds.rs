@@ -1,6 +1,7 @@
 //! Rebounds that would leave bodies overlapped are located in time, without events too.
 
 use crate::common::{Run, parse, run};
+use moreau2d::contact::Vec2;
 use moreau2d::experiment::{Engine, simulate};
 use moreau2d::scene::Scene;
 
@@ -186,7 +187,7 @@ fn row(count: usize, apart: f64) -> Scene {
     parse(&text)
 }
 
-/// In the step of the hit, the impacts of three balls and a wall are located. Those of twenty are too many.
+/// In the step of the hit, the impacts of twenty balls and a wall are located. Those of sixty are too many.
 #[test]
 fn crowds_are_not_located() {
     let located = |count: usize| {
@@ -194,20 +195,58 @@ fn crowds_are_not_located() {
         let hit = records.iter().find(|record| !record.impacts.is_empty());
         hit.unwrap().events
     };
-    assert!(located(3) > 0);
-    assert_eq!(located(20), 0);
+    assert!(located(20) > 0);
+    assert_eq!(located(60), 0);
+}
+
+/// Bug: in the step after the break of a rack, which had more bodies than were looked at, balls overlapped by half
+/// of their width and passed through each other, in one of four breaks at 2 to 15 m/s and up to 1/60 s.
+#[test]
+fn a_rack_of_balls_breaks() {
+    const RADIUS: f64 = 0.0286;
+    for k in 0..24 {
+        let (speed, apart) = (2.0 + 0.5 * f64::from(k), [0.0, 1e-4, 1e-3][k as usize % 3]);
+        let mut text = format!(
+            "[scene]\nname = \"rack\"\ntitle = \"A rack is broken\"\n[gravity]\ny = 0\n[step]\ntime = 0.5\n\
+             [[material]]\nname = \"m\"\nfriction = 0.05\nrestitution = 0.95\n\
+             [[body]]\nname = \"cue\"\ndisc = {RADIUS}\nmass = 0.16\nposition = [-0.3, 0.004]\n\
+             velocity = [{speed}, 0]\n"
+        );
+        for (row, column) in (0..5).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+            let (row, column) = (f64::from(row), f64::from(column));
+            let pitch = 2.0 * RADIUS + apart;
+            let (x, y) = (0.866_025_5 * pitch * row, pitch * (column - 0.5 * row));
+            text += &format!(
+                "[[body]]\nname = \"b{row}-{column}\"\ndisc = {RADIUS}\nmass = 0.16\nposition = [{x}, {y}]\n"
+            );
+        }
+        let mut built = parse(&text).build().unwrap();
+        simulate(&mut built, Engine::Moreau, 30, |record, built| {
+            let places: Vec<Vec2> = (0..16)
+                .map(|k| built.state(k).unwrap().0.translation)
+                .collect();
+            for (i, a) in places.iter().enumerate() {
+                for b in &places[..i] {
+                    let share = (a - b).norm() / (2.0 * RADIUS);
+                    assert!(share > 0.95, "{speed} m/s, {} s: {share}", record.time);
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+    }
 }
 
 /// Where each impact of a row drives the next ball, the cluster grows until it is too large. Its balls then move as
 /// all others do, by the mean of the velocities at the start and at the end.
 #[test]
 fn a_cluster_that_grows_too_large_is_left_as_it_was() {
-    let scene = row(20, 1e-3);
+    let scene = row(60, 1e-3);
     let mut built = scene.build().unwrap();
-    let mut before: Vec<_> = (0..21).map(|k| built.state(k).unwrap()).collect();
+    let mut before: Vec<_> = (0..61).map(|k| built.state(k).unwrap()).collect();
     let mut struck = 0;
     simulate(&mut built, Engine::Moreau, 3, |record, built| {
-        let after: Vec<_> = (0..21).map(|k| built.state(k).unwrap()).collect();
+        let after: Vec<_> = (0..61).map(|k| built.state(k).unwrap()).collect();
         struck += record.impacts.len();
         if record.events == 0 {
             for (k, ((from, u), (to, v))) in before.iter().zip(&after).enumerate() {

@@ -1,7 +1,7 @@
 //! Which bodies form clusters, and which clusters run into other bodies.
 
 use super::context::{Cluster, Context};
-use super::counts::FEW;
+use super::counts::LATE;
 use super::meetings::meetings;
 use super::runner::Runner;
 use super::slides::ended_slides;
@@ -98,7 +98,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     // where the bodies of clusters were before they were stepped
     let mut middle: BTreeMap<u32, Configuration> = BTreeMap::new();
     loop {
-        let crowd = |bodies: &Vec<u32>| bodies.len() > FEW && !any(bodies, &asked);
+        let crowd = |bodies: &Vec<u32>| bodies.len() > LATE && !any(bodies, &asked);
         let (left, groups): (Vec<_>, Vec<_>) =
             (group(count, &crossing, &links).into_iter()).partition(crowd);
         for body in left.iter().flatten() {
@@ -114,7 +114,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     let now = || model.configuration(body as usize);
                     middle.entry(body).or_insert_with(now);
                 }
-                let plain = context.rules.events || bodies.len() > FEW;
+                let plain = context.rules.events || bodies.len() > LATE;
                 let own = match !plain && any(&bodies, &rebounding) {
                     true => &context.with_events(),
                     false => context,

@@ -4,8 +4,12 @@ use crate::contact::NO_BODY;
 
 /// Most bodies of a cluster of which all impacts are located for a swept body that rebounds, or for its
 /// [`late_rebounds`](crate::dynamics::late_rebounds). The impacts, and the work of each, grow with the bodies;
-/// in larger ones the position pass moves apart what the rebounds leave.
-pub(super) const FEW: usize = 8;
+/// in larger ones the position pass moves apart what the rebounds leave. The break of a rack of fifteen balls is to
+/// be one of these: without it balls passed through each other.
+pub(super) const LATE: usize = 32;
+
+/// So many bodies that hit each other are few, see [`MANY`].
+const FEW: usize = 8;
 
 /// Most rebounds of a pair in a cluster in a step; then the plain rule steps the rest. A cluster of several
 /// pairs may have as many for each, up to [`LANDINGS`].
