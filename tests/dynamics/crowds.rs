@@ -65,8 +65,7 @@ fn a_heap_is_bounded_and_comes_to_rest() {
     }
 }
 
-/// The effort `exact` certifies more steps of a heap in motion: of three heaps, as one alone is. One alone is
-/// a draw.
+/// The effort `exact` certifies more steps of heaps in motion. Three are run, as the count of one is a draw.
 #[test]
 fn exact_effort_certifies_more() {
     let certified = |effort: &str| {
