@@ -56,8 +56,9 @@ pub(super) fn bound_swept(
 /// ```
 ///
 /// with the sums over their blocks. In a nearly singular problem, such as that of a taut bridge, a residual
-/// of round-off can do more work than the step has energy. `problem` is the one that the impulses solve.
-/// Returns whether it changed anything.
+/// of round-off can do more work than the step has energy. Where the residual gives no more than `room` nothing is
+/// scaled. `problem` is the one that the impulses solve, without closing velocities. Returns whether it changed
+/// anything.
 pub(super) fn scale_joints(
     problem: &ContactProblem,
     island: &IslandProblem,
@@ -66,14 +67,15 @@ pub(super) fn scale_joints(
 ) -> bool {
     let mut velocities = Vec::new();
     problem.velocities(impulses, &mut velocities);
-    let (mut first, mut second) = (0.0, 0.0);
+    let (mut first, mut second, mut left) = (0.0, 0.0, 0.0);
     for own in &island.bilateral {
         let k = own.block;
         let (p, terms) = (0.5 * impulses[k], &island.terms[k]);
         first += p.dot(&(terms.gamma_a + terms.gamma_f));
         second += p.dot(&(velocities[k] - problem.free[k]));
+        left += p.dot(&velocities[k]);
     }
-    if first + second <= room {
+    if left <= room || first + second <= room {
         return false;
     }
     // W(0) = 0 and W(1) > room: one crossing in between
