@@ -165,8 +165,8 @@ fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
 /// ```
 ///
 /// with the reserve `R` of the island, see [`super::reserve`]. `P⁰` solves the same step without its
-/// impacts, see [`given_without_impacts`]. Pins have `γ_E = −b_J` whatever the impulses are, `b_J` their
-/// added velocity, so that their work is linear in their impulses:
+/// impacts, see [`given_without_impacts`]. Pins have `γ_E = −b_J` whatever the impulses are, up to what
+/// the solve leaves, `b_J` their added velocity, so that their work is linear in their impulses:
 ///
 /// ```text
 /// W_J(P) = P_J · d,   d = (γ_A − b_J)/2,   W_J(P) − W_J(P⁰) = (P_J − P⁰_J) · d
@@ -358,7 +358,8 @@ pub(super) fn joint_energies(
 /// γ_E = 0   of its pins and locked axes, and no push-outs,                      (2)
 /// ```
 ///
-/// which can only take energy. The rest of the gaps is closed by position, see
+/// which can only take energy, but for what its solve leaves: if that gives more than the bound, the impulses
+/// are scaled, see [`scale_joints`]. The rest of the gaps is closed by position, see
 /// [`super::joint_recovery`]. `impulses` solves `problem`, the island's, and gives `velocities`, `G P + b`;
 /// if they are `doubtful`, the plastic problem is solved in any case. Returns the report of the bounded solution and its `b`; `None` if the bound
 /// already holds.

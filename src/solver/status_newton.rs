@@ -18,8 +18,8 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, pro
 ///
 /// There is no line search: the method converges within a few steps, or it cycles and stops. While the
 /// statuses stay the same, (1) is a linear iteration, which is slow where `G` is nearly singular: in a
-/// taut bridge an impulse of 1e6 N s changes a velocity by 1e-6 m/s. Then `ε₀` falls, and with the
-/// smallest one [`Anderson`] extrapolates.
+/// taut bridge an impulse of 1e6 N s changes a velocity by 1e-6 m/s. Then `ε₀` falls, and when it
+/// can fall no more [`Anderson`] extrapolates.
 ///
 /// # Source
 /// Alart & Curnier (1991) for the statuses; Parikh & Boyd (2014) for the proximal term.
@@ -62,8 +62,8 @@ const LIGHTEST: f64 = 0.9e-10;
 const EXTRAPOLATED: usize = 8;
 
 impl StatusNewton {
-    /// Takes at most `steps` Newton steps from `start`. Offers every iterate to `best`. Returns the
-    /// number of factorisations.
+    /// Takes at most `steps` Newton steps from `start`. Offers the iterates to `best`, extrapolated ones only if
+    /// their velocities are smaller than before. Returns the number of factorisations.
     ///
     /// The first step uses the statuses of `guess`, if given. While the statuses do not change, the
     /// factors are reused. The method stops when
