@@ -11,15 +11,11 @@ use super::constraint_work::{joint_work, work, work_of};
 use super::contact_cache::JointEnergy;
 use super::island_problem::{IslandProblem, Terms};
 use super::reserve::given_without_impacts;
-use super::scaled::scale_joints;
 use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
 use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 
 /// Largest energy that joints may add, as a share of the energy of their island.
 const SHARE: f64 = 0.01;
-
-/// Part of that share that a step may give in any case: the residual of its solve.
-const NOISE: f64 = 1e-3;
 
 /// Share of the added energy, and of its scale, that decays in a step.
 const DECAY: f64 = 1.0 / 256.0;
@@ -358,11 +354,10 @@ pub(super) fn joint_energies(
 /// γ_E = 0   of its pins and locked axes, and no push-outs,                      (2)
 /// ```
 ///
-/// which can only take energy, but for what its solve leaves: if that gives more than the bound, the impulses
-/// are scaled, see [`scale_joints`]. The rest of the gaps is closed by position, see
+/// which can only take energy. The rest of the gaps is closed by position, see
 /// [`super::joint_recovery`]. `impulses` solves `problem`, the island's, and gives `velocities`, `G P + b`;
-/// if they are `doubtful`, the plastic problem is solved in any case. Returns the report of the bounded solution and its `b`; `None` if the bound
-/// already holds.
+/// if they are `doubtful`, the plastic problem is solved in any case. Returns the report of the bounded
+/// solution and its `b`; `None` if the bound already holds.
 ///
 /// # Source
 /// Own construction, after the bound on restitution.
@@ -433,14 +428,7 @@ pub(super) fn bound_joints(
     let found = blend(solver, problems, start, first, tolerance, excess);
     impulses.copy_from_slice(&found.impulses);
     let worse = found.share == 0.0 || !found.plastic.solved();
-    let mut report = found.report(&report, worse, tolerance);
+    let report = found.report(&report, worse, tolerance);
     let bias = lerp(&plastic.free, &problem.free, found.share);
-    let held = ContactProblem {
-        free: bias,
-        ..plastic
-    };
-    if found.share == 0.0 && scale_joints(&held, island, impulses, room.max(NOISE * limit)) {
-        report = SolveReport::judged(&held, impulses, tolerance).after(&report);
-    }
-    Some((report, held.free))
+    Some((report, bias))
 }

@@ -145,11 +145,10 @@ impl StatusNewton {
             let merit = residual.merit();
             if changed > 0 {
                 self.anderson.clear();
-                slowest = f64::INFINITY;
             }
             // where rows contradict each other, impulses grow without end: their residual does not fall, but the
             // round-off that is granted to them rises
-            if self.anderson.is_empty() || residual.velocity < slowest {
+            if extrapolated == 0 || residual.velocity < slowest {
                 best.offer(&self.inside, residual);
             }
             if best.solved() || merit.is_nan() {
