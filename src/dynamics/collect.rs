@@ -11,12 +11,15 @@ use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::model::{ContactKey, ContactPoint, JointKind, JointRow, NormalLaw};
 use super::rules::{
     Choice, Rule, Rules, Situation, Span, applied_acceleration, centripetal, impact_rule,
-    resting_speed, rule,
+    reference_acceleration, resting_speed, rule,
 };
 use super::visco_elastic::Springs;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::threads::Threads;
 use std::ops::Range;
+
+/// Acceleration of a gap by the turning of the rows that counts, as a share of the reference acceleration.
+const SINKS: f64 = 0.01;
 
 /// Least penetration of a limit that is closed by position: \[m or rad\], and relative to its arm.
 const PASSED: f64 = 1e-9;
@@ -220,6 +223,7 @@ impl Interval {
             pressed: held || cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.is_some_and(|m| m.stuck),
             turning: left.map(|l| quiet(gamma_a - l.gamma) / since(l)),
+            sinks: left.is_some_and(|left| self.sinks(contact, gamma_a, &left, since(left))),
             first: self.first && left.is_some_and(|l| l.on_surface),
             ahead: self.ahead.get(&contact.key).copied(),
             left,
@@ -231,6 +235,14 @@ impl Interval {
             sought: self.sought == Some(contact.surfaces),
             rates: [0.0; 2],
         }
+    }
+
+    /// See [`Situation::sinks`].
+    fn sinks(&self, contact: &ContactPoint, gamma_a: Vec2, left: &Left, since: f64) -> bool {
+        let now = (gamma_a - left.gamma).x / since;
+        let before = left.turning.map_or(0.0, |c| c.x);
+        let least = || reference_acceleration(contact, &self.start, &self.accelerations);
+        contact.rolls_on != [0.0; 2] && now.max(before) < -SINKS * least()
     }
 
     /// Collects the blocks of an instant: joints, and contacts for which `restitution` returns a

@@ -17,6 +17,7 @@ mod exact_discs;
 mod factor_cache;
 mod given_energy;
 mod heaps;
+mod large_discs;
 mod late_overlap;
 mod late_rebounds;
 mod meetings;

@@ -17,6 +17,7 @@ mod colliders;
 mod couple;
 mod covers;
 mod driven;
+mod ends;
 mod exhaustive;
 mod flights;
 mod grid;

@@ -11,7 +11,7 @@ use super::rows::Row;
 use super::scratch::{EventContact, Scratch};
 use super::shapes;
 use super::terms::Terms;
-use crate::dynamics::{Detection, NearWanted};
+use crate::dynamics::{Detection, NearWanted, NormalLaw};
 use crate::rapier::parry::query::{DefaultQueryDispatcher, QueryDispatcher};
 
 /// Whether the caller wants two parts in [`Detection::near`].
@@ -83,6 +83,7 @@ impl Finder<'_> {
             self.remember_sides(&couple, near, &mut scratch.faces);
         }
         if !found.is_empty() {
+            self.add_ends(&couple, reach, found);
             let setting = self.plain_setting(sides);
             let next = out.contacts.len();
             self.give(setting, sides, &Terms::default(), group, found, out);
@@ -188,6 +189,10 @@ impl Finder<'_> {
                 }
             } else if !found.is_empty() {
                 let setting = self.setting(sides, terms, covered);
+                // more points would be more springs
+                if matches!(setting.law, NormalLaw::Rigid { .. }) {
+                    self.add_ends(&couple, reach, found);
+                }
                 let next = out.contacts.len();
                 self.give(setting, sides, terms, group, found, out);
                 let suspect = moves.then(|| self.suspect(&couple, found, next..out.contacts.len()));

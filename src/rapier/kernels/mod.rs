@@ -109,6 +109,24 @@ impl Part {
         }
     }
 
+    /// Ends of the face whose outward normal is nearest to a direction, within the angle of a cosine, in its
+    /// frame and without the rounding. `None` for segments of a chain and for polygons beside others.
+    pub fn face_towards(&self, direction: Vec2, cosine: f64) -> Option<[Vec2; 2]> {
+        let face = |normals: &[Vec2], points: &[Vec2]| {
+            let along = normals.iter().map(|n| n.dot(&direction)).enumerate();
+            let (k, most) = along.max_by(|a, b| a.1.total_cmp(&b.1))?;
+            (most >= cosine).then(|| [points[k], points[(k + 1) % points.len()]])
+        };
+        match &self.core {
+            &Core::Box(half) => face(&BOX_NORMALS, &corners(half)),
+            Core::Polygon(polygon) if polygon.exposed.is_none() => {
+                face(&polygon.normals, &polygon.points)
+            }
+            Core::Edge(edge) if edge.neighbours == [None; 2] => face(&edge.normals, &edge.ends),
+            _ => None,
+        }
+    }
+
     /// Radius of its round surfaces \[m\].
     #[inline]
     pub fn radius(&self) -> f64 {
