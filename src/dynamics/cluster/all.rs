@@ -127,6 +127,16 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
         if met.is_empty() {
             return Ok(done);
         }
+        // a heap would meet one body after the other, and be stepped from its start each time
+        let heaps = done.iter().filter(|cluster| cluster.bodies.len() > LATE);
+        let heaps: Vec<&Cluster> = heaps.collect();
+        if !context.rules.events
+            && met
+                .iter()
+                .any(|pair| heaps.iter().any(|c| is_of(&c.bodies, pair)))
+        {
+            links.extend(main.detection.contacts.iter().map(bodies));
+        }
         links.extend(met);
     }
 }

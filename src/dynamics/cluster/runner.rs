@@ -2,7 +2,7 @@
 
 use super::bounce::{Bounce, forget_restitution};
 use super::context::{Cluster, Context, Rest};
-use super::counts::Counts;
+use super::counts::{Counts, LATE, SOLVES};
 use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
 use crate::contact::{Law, Vec2};
@@ -67,6 +67,8 @@ pub(super) struct Runner {
     pub plastic: bool,
     /// Its links because of which it is stepped in parts.
     cuts: Vec<CutLink>,
+    /// How many intervals may still be solved in the step before the plain rule steps the rest.
+    pub solves: usize,
 }
 
 /// Configurations of some bodies.
@@ -98,7 +100,14 @@ impl Runner {
         let (mut elapsed, mut rules) = (0.0, context.rules);
         let located = context.rules.events;
         cluster.located = located;
+        self.solves = match !located && cluster.bodies.len() > LATE {
+            true => SOLVES,
+            false => usize::MAX,
+        };
         loop {
+            if self.solves == 0 {
+                rules = self.plainer(rules);
+            }
             let rest = Rest::of(context, elapsed);
             // the trial of the whole step already gives the path from the start
             let known = self.fresh && rules == context.rules && !context.anew;
@@ -430,6 +439,7 @@ impl Runner {
         interval.collect(rules, cache, Some(&self.members), w, span, &threads);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);
+        self.solves = self.solves.saturating_sub(1);
         let outcomes = solution.outcomes.iter();
         outcomes.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {

@@ -64,25 +64,27 @@ struct Lengths {
     known: bool,
     /// The length with the least gap, and that gap \[m\].
     best: Option<(f64, f64)>,
-    tried: usize,
+    /// How many further lengths may be tried.
+    left: usize,
 }
 
 impl Lengths {
-    fn up_to(most: f64) -> Lengths {
+    fn up_to(longest: f64, most: usize) -> Lengths {
         Lengths {
-            between: [0.0, most],
+            between: [0.0, longest],
             known: false,
             best: None,
-            tried: 0,
+            left: most.min(LENGTHS),
         }
     }
 
     /// The length to try after `time`, where `near` closes; `None` to stay with `time`.
     fn next(&mut self, time: f64, near: Option<&Closing>) -> Option<f64> {
-        self.tried += 1;
-        let Some(near) = near.filter(|_| self.tried <= LENGTHS) else {
+        let may_go_on = self.left > 0;
+        self.left = self.left.saturating_sub(1);
+        let Some(near) = near.filter(|_| may_go_on) else {
             // stay with the best one, after it is stepped again
-            self.tried = LENGTHS;
+            self.left = 0;
             let best = self.best.take();
             return best.map(|best| best.0).filter(|best| *best != time);
         };
@@ -307,7 +309,7 @@ impl Runner {
                 None => Sought::Nothing,
             });
         }
-        let mut search = Lengths::up_to(rest.length - LAST * context.dt);
+        let mut search = Lengths::up_to(rest.length - LAST * context.dt, self.solves);
         let mut time = time;
         loop {
             self.restore(model);
