@@ -60,7 +60,8 @@ impl Finder<'_> {
         let ends = ends.map(|end| pose.apply(end));
         let (side, both) = (ends[1] - ends[0], radius + round + part.rounding);
         let length = side.norm();
-        if length > LONGEST * both {
+        // the link of a chain does not rock by itself
+        if length > LONGEST * both || couple.bodies[flat].joints > 1 {
             return;
         }
         let along = (side.dot(&(centre - ends[0])) / (length * length)).clamp(0.0, 1.0);

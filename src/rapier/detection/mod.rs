@@ -183,6 +183,13 @@ impl Detector {
         self.present.clear();
         let all = 0..bodies.list.len() as u32;
         self.present.extend(all.map(|k| Present::of(bodies, k)));
+        for (_, joint) in world.impulse_joints.iter() {
+            for body in [joint.body1(), joint.body2()] {
+                if let Some(k) = bodies.index_of(body) {
+                    self.present[k as usize].joints += 1;
+                }
+            }
+        }
         for (body, moved) in self.present.iter_mut().zip(&out.moved) {
             body.way = body.way_of(moved);
         }
@@ -258,6 +265,7 @@ impl Detector {
                 // a body that was fast has driven others in this step, even if it is slow now
                 *known = Present {
                     fast: known.fast,
+                    joints: known.joints,
                     ..Present::of(bodies, body)
                 };
             }
@@ -439,6 +447,8 @@ struct Present {
     still: bool,
     /// Whether the body has but one part.
     single: bool,
+    /// How many joints it has.
+    joints: u32,
     /// See [`Span`].
     fast: bool,
 }
@@ -456,6 +466,7 @@ static OUTER: Present = Present {
     immovable: true,
     still: true,
     single: false,
+    joints: 0,
     fast: false,
 };
 
@@ -474,6 +485,7 @@ impl Present {
             immovable: bodies.inverse_mass[k as usize] == Vec3::zeros() || bodies.rests(k),
             still: bodies.still(k),
             single: shadow.parts == 1,
+            joints: 0,
             fast: false,
         }
     }
