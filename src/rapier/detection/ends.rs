@@ -7,7 +7,7 @@ use super::super::kernels::{Core, Touch};
 use super::couple::Couple;
 use super::pairs::Finder;
 
-/// Least cosine of the angle between the normal of a side that is near the disc and that of the contact.
+/// Least cosine of the angle between the normal of the contact and that of its side, or the direction of an end.
 const NEARLY: f64 = 0.87;
 
 /// Longest side, as a multiple of the radius. On a smaller disc the side rocks slowly enough.
@@ -78,7 +78,9 @@ impl Finder<'_> {
                 open if open > 0.0 => open + 0.5 * stride * stride / both,
                 deep => deep,
             };
-            if gap <= reach && (end - nearest).norm() >= APART * length {
+            // of a disc whose centre is in the part, or near it, an end may face anywhere
+            let faces = away.dot(&normal) > NEARLY * distance;
+            if faces && gap <= reach && (end - nearest).norm() >= APART * length {
                 let outward = away / distance;
                 found.push(Touch {
                     normal: sign * outward,
