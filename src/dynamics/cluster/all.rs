@@ -128,14 +128,12 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
             return Ok(done);
         }
         // a heap would meet one body after the other, and be stepped from its start each time
-        let heaps = done.iter().filter(|cluster| cluster.bodies.len() > LATE);
-        let heaps: Vec<&Cluster> = heaps.collect();
-        if !context.rules.events
-            && met
-                .iter()
-                .any(|pair| heaps.iter().any(|c| is_of(&c.bodies, pair)))
-        {
-            links.extend(main.detection.contacts.iter().map(bodies));
+        let heaps: Vec<&Cluster> = (done.iter())
+            .filter(|c| c.bodies.len() > LATE && met.iter().any(|pair| is_of(&c.bodies, pair)))
+            .collect();
+        if !context.rules.events && !heaps.is_empty() {
+            let near = main.detection.contacts.iter().map(bodies);
+            links.extend(near.filter(|pair| heaps.iter().any(|c| is_of(&c.bodies, pair))));
         }
         links.extend(met);
     }

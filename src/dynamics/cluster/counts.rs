@@ -8,8 +8,9 @@ use crate::contact::NO_BODY;
 /// be one of these: without it balls passed through each other.
 pub(super) const LATE: usize = 32;
 
-/// Most intervals of a cluster of more than [`LATE`] bodies that are solved in a step without events, a swept body in
-/// a heap for instance. The plain rule then steps the rest: it keeps gaps from closing too.
+/// Most intervals that are solved in a step without events in search of the impacts of a cluster of more than
+/// [`LATE`] bodies, a swept body in a heap for instance. The plain rule then steps the rest: a second thin body that
+/// the swept one hits in the step may be passed, which the summary tells.
 pub(super) const SOLVES: usize = 8;
 
 /// So many bodies that hit each other are few, see [`MANY`].

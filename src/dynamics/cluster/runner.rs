@@ -311,6 +311,7 @@ impl Runner {
         if known {
             self.take_trial(context);
         } else {
+            self.solves = self.solves.saturating_sub(1);
             self.advance(model, solver, context, rules, span, rest.at)?;
         }
         let closes = self.closes(model, context, rules)?;
@@ -439,7 +440,6 @@ impl Runner {
         interval.collect(rules, cache, Some(&self.members), w, span, &threads);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);
-        self.solves = self.solves.saturating_sub(1);
         let outcomes = solution.outcomes.iter();
         outcomes.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {

@@ -320,6 +320,7 @@ impl Runner {
                 strikes: true,
             };
             self.interval.sought = Some(pair.surfaces);
+            self.solves = self.solves.saturating_sub(1);
             let advanced = self.advance(model, solver, context, rules, span, rest.at);
             self.interval.sought = None;
             advanced?;
