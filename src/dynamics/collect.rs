@@ -223,7 +223,12 @@ impl Interval {
             pressed: held || cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.is_some_and(|m| m.stuck),
             turning: left.map(|l| quiet(gamma_a - l.gamma) / since(l)),
-            sinks: left.is_some_and(|left| self.sinks(contact, gamma_a, &left, since(left))),
+            sinks: left.is_some_and(|left| {
+                // a side that is driven does not roll on what it carries
+                let free = |i: usize| movable(contact.rows.bodies, inverse_mass)[i] != NO_BODY;
+                let rolls = (0..2).any(|i| contact.rolls_on[i] != 0.0 && free(i));
+                rolls && self.sinks(contact, gamma_a, &left, since(left))
+            }),
             first: self.first && left.is_some_and(|l| l.on_surface),
             ahead: self.ahead.get(&contact.key).copied(),
             left,
@@ -242,7 +247,7 @@ impl Interval {
         let now = (gamma_a - left.gamma).x / since;
         let before = left.turning.map_or(0.0, |c| c.x);
         let least = || reference_acceleration(contact, &self.start, &self.accelerations);
-        contact.rolls_on != [0.0; 2] && now.max(before) < -SINKS * least()
+        now.max(before) < -SINKS * least()
     }
 
     /// Collects the blocks of an instant: joints, and contacts for which `restitution` returns a
