@@ -157,7 +157,7 @@ fn a_jammed_heap_is_a_crowd_and_is_not_thrown_about() {
             e.kinetic_end,
             record.time
         );
-        assert!(record.unsolved > 0 || record.residual <= scene.step.tolerance);
+        assert_eq!(record.unsolved > 0, record.residual > scene.step.tolerance);
         crowds += record.crowds;
         depth = depth.max(record.penetration);
         sweeps.push(record.sweeps);
@@ -168,7 +168,7 @@ fn a_jammed_heap_is_a_crowd_and_is_not_thrown_about() {
     assert!(depth < 0.03, "{depth} m");
     // a rigid solve that fails sweeps 2000 times: it is not tried in every step
     let tried = sweeps.iter().filter(|n| **n >= 2000).count();
-    assert!(tried <= 6, "{sweeps:?}");
+    assert!(tried <= 5, "{sweeps:?}");
 }
 
 /// Thrown from below, the last box is through the platform after a second; down on it again, it

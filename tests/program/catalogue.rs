@@ -36,7 +36,7 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
 const HARD: [(&str, f64); 5] = [
     ("box-drum", 2e-2),
     ("card-house", 1e-9),
-    ("drum-of-boxes", 1e-2),
+    ("drum-of-boxes", 2e-3),
     ("high-mass-ratio-1", 1e-9),
     ("tumbler", 1e-5),
 ];
