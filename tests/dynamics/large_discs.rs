@@ -57,13 +57,14 @@ fn a_flat_side_does_not_sink_into_a_large_disc() {
     assert!(worst < 0.01, "{over:?}");
 }
 
-/// A plank rolls over the top of a disc until it stands on its end, and back. The ends must not stop it. Against
-/// its own path at a step of a thirtieth.
+/// A plank rolls over the top of a disc until it stands on its end, and back. The end must not stop it: with the gap of
+/// a straight line, without the stride, the angles were off by 0.108 and 0.041 rad in place of 0.035 and 0.019. Against
+/// its own path at a step of 1/3600 s.
 #[test]
 fn a_plank_rolls_onto_its_end() {
     let (radius, length, height) = (3.0, 0.8, 0.05);
     // at an angle of 0.04 rad, rolling
-    let (at, spin) = (0.04f64, 1.9);
+    let (at, spin) = (0.04f64, 3.2);
     let contact = [radius * at.sin(), radius * at.cos() - radius];
     let (along, out) = ([at.cos(), -at.sin()], [at.sin(), at.cos()]);
     let centre = [0, 1].map(|i| contact[i] - radius * at * along[i] + 0.5 * height * out[i]);
@@ -93,8 +94,11 @@ fn a_plank_rolls_onto_its_end() {
         (angles, most)
     };
     let (fine, most) = angles(1.0 / 3600.0);
-    println!("turns by {most} rad");
-    for (dt, limit) in [(1.0 / 60.0, 0.03), (1.0 / 120.0, 0.01)] {
+    assert!(
+        most > 0.5 * length / radius,
+        "turns by {most} rad, not to its end"
+    );
+    for (dt, limit) in [(1.0 / 60.0, 0.06), (1.0 / 120.0, 0.025)] {
         let (coarse, _) = angles(dt);
         let off = |(a, b): (&f64, &f64)| (a - b).abs();
         let worst = coarse.iter().zip(&fine).map(off).fold(0.0, f64::max);
