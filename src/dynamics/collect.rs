@@ -224,10 +224,9 @@ impl Interval {
             stuck: cached.is_some_and(|m| m.stuck),
             turning: left.map(|l| quiet(gamma_a - l.gamma) / since(l)),
             sinks: left.is_some_and(|left| {
-                // a side that is driven does not roll on what it carries
-                let free = |i: usize| movable(contact.rows.bodies, inverse_mass)[i] != NO_BODY;
-                let rolls = (0..2).any(|i| contact.rolls_on[i] != 0.0 && free(i));
-                rolls && self.sinks(contact, gamma_a, &left, since(left))
+                !left.on_surface
+                    && self.sinks(contact, gamma_a, &left, since(left))
+                    && !(self.driven && is_driven(contact, &self.start, inverse_mass))
             }),
             first: self.first && left.is_some_and(|l| l.on_surface),
             ahead: self.ahead.get(&contact.key).copied(),
@@ -247,7 +246,8 @@ impl Interval {
         let now = (gamma_a - left.gamma).x / since;
         let before = left.turning.map_or(0.0, |c| c.x);
         let least = || reference_acceleration(contact, &self.start, &self.accelerations);
-        now.max(before) < -SINKS * least()
+        let most = now.max(before);
+        most < 0.0 && most < -SINKS * least()
     }
 
     /// Collects the blocks of an instant: joints, and contacts for which `restitution` returns a
@@ -290,6 +290,7 @@ impl Interval {
                 stuck_before: false,
                 continues: false,
                 on_surface: false,
+                sinks: false,
                 held: [0.0; 2],
                 turning: None,
             };
@@ -390,6 +391,7 @@ fn push_contact(
         stuck_before: now.stuck,
         continues: now.pressed || now.left.is_some(),
         on_surface: now.left.is_some_and(|left| left.on_surface),
+        sinks: now.sinks,
         held: held_depth(now),
         turning: now.turning,
     };
@@ -397,11 +399,14 @@ fn push_contact(
 }
 
 /// `h |γ_A − γ_E,prev| / 2` \[m\], the depth at which `b = g/h` is steady on a curved path, and the
-/// largest so far.
+/// largest so far. Of a contact that sinks the depth `|c| h²/8` between midpoint and end alone is left.
 fn held_depth(now: &Situation) -> [f64; 2] {
     now.left.map_or([0.0; 2], |left| {
-        let turned = (now.gamma_a.x - left.gamma.x).abs();
-        [0.5 * now.span.length * turned, left.held]
+        let turned = now.span.length * (now.gamma_a.x - left.gamma.x).abs();
+        match now.sinks {
+            true => [0.125 * turned, 0.0],
+            false => [0.5 * turned, left.held],
+        }
     })
 }
 
@@ -418,6 +423,7 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         stuck_before: false,
         continues: false,
         on_surface: false,
+        sinks: false,
         held: [0.0; 2],
         turning: None,
     }

@@ -95,6 +95,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             stuck_before: false,
             continues: false,
             on_surface: false,
+            sinks: false,
             held: [0.0; 2],
             turning: None,
         };

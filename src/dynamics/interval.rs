@@ -31,6 +31,8 @@ pub(super) struct Block {
     pub continues: bool,
     /// See [`Left`](super::contact_cache::Left); `turning` is that of this interval.
     pub on_surface: bool,
+    /// See [`Situation`](super::rules::Situation).
+    pub sinks: bool,
     /// Depth \[m\] at which the scheme holds the contact on a curved path: in this step, and the
     /// largest so far, see [`Left`](super::contact_cache::Left).
     pub held: [f64; 2],

@@ -51,6 +51,7 @@ mod contact_cache;
 mod crowd;
 mod cut_links;
 mod debts;
+mod deep_impacts;
 mod driven;
 mod energy_bound;
 mod events;

@@ -129,7 +129,7 @@ pub(super) fn find_late(
         {
             continue;
         }
-        let opening = opening(contact, interval, solution, path);
+        let opening = opening(contact, interval, solution, path) + turned(index, interval);
         let [trigger, _] = limits((index, contact), interval, solution, inverse_mass);
         if -(contact.gap + opening) <= trigger {
             continue;
@@ -228,6 +228,13 @@ fn block_of(index: usize, interval: &Interval) -> Option<usize> {
     };
     let blocks = &interval.blocks;
     blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
+}
+
+/// What the turning of its rows adds \[m\] to the [`opening`] of a contact that [sinks](super::rules::Situation).
+pub(super) fn turned(index: usize, interval: &Interval) -> f64 {
+    let block = block_of(index, interval).map(|i| &interval.blocks[i]);
+    let turning = block.filter(|b| b.sinks).and_then(|b| b.turning);
+    turning.map_or(0.0, |c| 0.5 * c.x * interval.length * interval.length)
 }
 
 /// Bodies whose late overlaps are not corrected in this step: those of islands whose push-outs were

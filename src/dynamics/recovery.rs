@@ -8,7 +8,7 @@ use super::island_problem::LARGE;
 use super::islands::Islands;
 use super::midpoint_gaps::opening;
 use super::model::{JointKind, NormalLaw};
-use super::overlapping::{STRIDE, is_exempt, limits, share, slop};
+use super::overlapping::{STRIDE, is_exempt, limits, share, slop, turned};
 use super::pair_set::PairSet;
 use super::solution::Solution;
 use super::solve::IslandSolver;
@@ -82,7 +82,8 @@ pub(super) fn part_overlaps(
             continue;
         }
         let pair = contact.key.pair;
-        let left = || contact.gap + opening(contact, interval, solution, path);
+        let left =
+            || contact.gap + opening(contact, interval, solution, path) + turned(index, interval);
         // `part_crowd` moves it, for as long as the crowd lasts
         if is_exempt(contact, crowd) {
             if overlaps.open.contains(pair) && crowd_overlaps(contact, left(), inverse_mass) {

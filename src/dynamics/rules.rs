@@ -160,8 +160,8 @@ pub(super) struct Situation {
     /// alone, `c = (γ_A − γ_E,prev)/τ` \[m/s²\] with the time `τ` from that midpoint to this.
     pub left: Option<Left>,
     pub turning: Option<Vec2>,
-    /// Whether a disc and a flat side roll on each other and close, in this step and the one before, by the
-    /// turning of the rows alone.
+    /// Whether the contact closes by the turning of the rows alone, in this step and the one before, and did not
+    /// begin with a gap of 0: the scheme would hold it at `|c| h²/2`.
     pub sinks: bool,
     /// Whether the simulation starts with a touching contact in this interval, and its `c` from the
     /// midpoint to the end, if known.
@@ -330,8 +330,8 @@ fn friction(rules: &Rules, contact: &ContactPoint) -> f64 {
 /// and `b_T = c_T h/2` for a contact that stuck last step, with `c` of [`Situation`] and the length `h`
 /// of the interval: half of the change of `γ_T` since the last step, in equal steps. A contact that
 /// began with a gap of 0 takes the `b` of [`on_surface`], and `b_T` with the turning of the rows that
-/// [`turning_at_end`] expects. So does the `b` of one that overlaps and [sinks](Situation::sinks): the rule
-/// above would hold it at `|c| h²/2`. In the first step of a simulation both take the turning that
+/// [`turning_at_end`] expects. One that rolls, overlaps and [sinks](Situation::sinks) takes that `b` too, and may
+/// open as fast as the turning closes it. In the first step of a simulation both take the turning that
 /// [`super::first_step`] has found. So does an interval that ends in an impact located in time, in both
 /// rows: `γ_E` then vanishes on the rows of that instant. On the rows of the midpoint it would be an
 /// average over the interval, off by first order, which the impact would keep.
@@ -374,7 +374,8 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         });
     }
     let stays = now.left.is_some_and(|left| left.on_surface);
-    let sinks = persists && g < 0.0 && now.sinks && turned.x < 0.0;
+    let rolls = contact.rolls_on != [0.0; 2];
+    let sinks = persists && g < 0.0 && now.sinks && rolls && turned.x < 0.0;
     if !smooth {
         if g + 0.5 * dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -388,7 +389,11 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         // the gap is that of the start, round-off, and that of the turn so far
         free.x = turned.x.max(-closing.max(0.0));
     } else if (stays || sinks) && (e == 0.0 || g < g_r) {
-        free.x = on_surface(g, turned.x, &now.span).max(-closing.max(0.0));
+        let most = match sinks {
+            true => turned.x.min(-closing),
+            false => -closing.max(0.0),
+        };
+        free.x = on_surface(g, turned.x, &now.span).max(most);
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;

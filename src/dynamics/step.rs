@@ -5,6 +5,7 @@ use super::at_rest::Solved;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::{Overlaps, PulledLink};
 use super::cut_links::{CutLink, links_to_cut, parts_suffice};
+use super::deep_impacts::deep_impacts;
 use super::events::{detect_at, find_crowds, lands, release_lone, see_from_the_start};
 use super::farther;
 use super::first_step::cache_touching;
@@ -327,6 +328,7 @@ impl MoreauStepper {
         if !rules.events && rules.corrects_gaps() {
             let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
             late = late_rebounds(model, interval, solution, w);
+            late.extend(deep_impacts(model, interval, solution, w));
             late.extend(turned_impacts(model, interval, solution, w, &self.origin)?);
         }
         let clusters = self.locate(model, rules, &cuts, &late, dt)?;

@@ -28,4 +28,5 @@ mod shown_joints;
 mod slides;
 mod sticking;
 mod threads;
+mod thrown_together;
 mod work_counts;

@@ -7,11 +7,10 @@ use crate::common::{load, run_steps};
 /// Lower a count where a step has become cheaper; never raise one without a reason in the commit.
 type Row = (&'static str, &'static [&'static str], usize, [usize; 5]);
 
-const COUNTS: [Row; 5] = [
+const COUNTS: [Row; 4] = [
     ("wall", &[], 60, [59, 0, 0, 11, 0]),
     ("wall", &["step.keep_rest=false"], 60, [0, 0, 0, 11, 0]),
     ("drum", &[], 150, [0, 0, 1370, 1339, 0]),
-    ("hit-heap", &[], 120, [0, 0, 11685, 6115, 0]),
     ("chain", &[], 120, [0, 0, 0, 120, 0]),
 ];
 
@@ -48,25 +47,30 @@ fn no_step_has_grown_dearer() {
     }
 }
 
-/// A falling house of cards is chaos: one run is a draw, and its sweeps vary by a third. The sum over step
-/// lengths around a sixtieth counts. The limits are the means of 60 such runs, 31e3 sweeps, 4.4e3
-/// factorisations and 0.9 unsolved islands, times eight, and three standard errors.
+/// Scene, steps, the length of a step \[s\], then sweeps, factorisations and unsolved islands: the means of 60 runs
+/// over step lengths around it, times eight, and three standard errors of a sum of eight.
+///
+/// A falling house of cards and a heap that is hit are chaos: one run is a draw, and its sweeps vary by a third. The
+/// sum over step lengths counts.
+const CHAOTIC: [(&str, usize, f64, [usize; 3]); 2] = [
+    ("card-house", 100, 1.0 / 60.0, [350_000, 49_000, 15]),
+    ("hit-heap", 120, 5e-3, [144_000, 63_000, 6]),
+];
+
 #[test]
-fn a_house_of_cards_costs_no_more_in_the_mean() {
-    let (mut sweeps, mut factorisations, mut unsolved) = (0, 0, 0);
-    for k in 0..8 {
-        let dt = format!("step.dt={:?}", (0.9 + 0.025 * (f64::from(k) + 0.5)) / 60.0);
-        let totals = run_steps(&load("card-house", &[&dt]), 100).totals;
-        sweeps += totals.sweeps;
-        factorisations += totals.factorisations;
-        unsolved += totals.unsolved_islands;
+fn chaotic_scenes_cost_no_more_in_the_mean() {
+    for (name, steps, length, most) in CHAOTIC {
+        let mut found = [0; 3];
+        for k in 0..8 {
+            let dt = (0.9 + 0.025 * (f64::from(k) + 0.5)) * length;
+            let totals = run_steps(&load(name, &[&format!("step.dt={dt:?}")]), steps).totals;
+            found[0] += totals.sweeps;
+            found[1] += totals.factorisations;
+            found[2] += totals.unsolved_islands;
+        }
+        println!("{name} {found:?}");
+        assert!((0..3).all(|i| found[i] <= most[i]), "{name} {found:?}");
     }
-    let found = [sweeps, factorisations, unsolved];
-    println!("{found:?}");
-    assert!(
-        sweeps <= 350_000 && factorisations <= 49_000 && unsolved <= 15,
-        "{found:?}"
-    );
 }
 
 /// Bug: where fast boxes fall on a heap of hundreds, their landings were located in time, each with up to 16 trials of

@@ -119,7 +119,12 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     true => &context.with_events(),
                     false => context,
                 };
-                done.push(runner.run(model, solver, own, bodies)?);
+                let mut cluster = runner.run(model, solver, own, bodies)?;
+                if runner.deep && !plain && !cluster.located {
+                    let own = &context.with_events();
+                    cluster = runner.run(model, solver, own, cluster.bodies)?;
+                }
+                done.push(cluster);
             }
         }
         done.sort_by_key(|cluster| cluster.bodies[0]);

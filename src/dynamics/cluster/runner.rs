@@ -65,6 +65,8 @@ pub(super) struct Runner {
     fresh: bool,
     /// Whether no contact rebounds any more in the step: there were too many rebounds.
     pub plastic: bool,
+    /// Whether an interval has left contacts deep, see [`deep_impacts`](crate::dynamics::deep_impacts).
+    pub deep: bool,
     /// Its links because of which it is stepped in parts.
     cuts: Vec<CutLink>,
     /// How many intervals may still be solved in the step before the plain rule steps the rest.
@@ -277,6 +279,7 @@ impl Runner {
         self.held.clear();
         self.bounced = None;
         self.plastic = false;
+        self.deep = false;
         self.fresh = true;
         self.own_contacts = None;
         let cuts = context.cuts.iter().filter(|c| self.members[c.link.body]);
