@@ -75,11 +75,15 @@ fn chaotic_scenes_cost_no_more_in_the_mean() {
 
 /// Bug: where fast boxes fall on a heap of hundreds, their landings were located in time, each with up to 16 trials of
 /// the whole heap, and from the start again for every box that the heap met. A step took 10 s, 5800
-/// factorisations.
+/// factorisations; with eight trials for each start up to 3400.
 #[test]
 fn a_heap_that_is_fallen_on_is_not_solved_again_and_again() {
-    let run = run_steps(&load("drum-of-boxes", &["step.dt=0.0175"]), 58);
-    let most = run.records.iter().map(|r| r.factorisations).max().unwrap();
-    println!("{most} factorisations");
-    assert!(most <= 3000, "{most}");
+    let most_at = |dt: f64| {
+        let scene = load("drum-of-boxes", &[&format!("step.dt={dt:?}")]);
+        let run = run_steps(&scene, 60);
+        run.records.iter().map(|r| r.factorisations).max().unwrap()
+    };
+    let most = [0.015967, 0.016567, 0.0175].map(most_at);
+    println!("{most:?} factorisations");
+    assert!(most.iter().all(|most| *most <= 1500), "{most:?}");
 }

@@ -29,16 +29,17 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
         .collect()
 }
 
-/// Scenes with steps that no solver here certifies, and the relative residual they stay below.
+/// Scenes with steps that no solver here certifies, how many, and the relative residual they stay below.
 /// Islands of box-drum and tumbler hold thousands of contacts that contradict each other, that of
 /// drum-of-boxes hundreds where its square of boxes lands; in card-house and high-mass-ratio-1 the
-/// velocity misses its bound by a factor of two.
-const HARD: [(&str, f64); 5] = [
-    ("box-drum", 2e-2),
-    ("card-house", 1e-9),
-    ("drum-of-boxes", 2e-3),
-    ("high-mass-ratio-1", 1e-9),
-    ("tumbler", 1e-5),
+/// velocity misses its bound by a factor of two. The drum of boxes is chaos: over sixteen step lengths its worst
+/// residual is 0.5e-3 in the mean, with a deviation of 0.9e-3, in 2 to 4 steps.
+const HARD: [(&str, usize, f64); 5] = [
+    ("box-drum", 40, 2e-2),
+    ("card-house", 5, 1e-9),
+    ("drum-of-boxes", 10, 4e-3),
+    ("high-mass-ratio-1", 5, 1e-9),
+    ("tumbler", 5, 1e-5),
 ];
 
 /// Place \[m\] and spin [rad/s] of every body with corners, by the numbers of the record.
@@ -84,7 +85,7 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
     for (scene, steps) in scenes_of_bodies() {
         let mut built = scene.build().unwrap();
         let mut total: Option<f64> = None;
-        let mut met = 0;
+        let (mut met, mut uncertified) = (0, 0);
         let mut worst: f64 = 0.0;
         let (mut gained, mut most): (f64, f64) = (0.0, 0.0);
         for step in 0..steps {
@@ -95,10 +96,12 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
             let what = format!("{} step {step}", scene.name);
             met += record.contacts.len();
             assert_finite(&what, &built, &record);
-            let hard = HARD.iter().find(|(name, _)| *name == scene.name);
+            uncertified += usize::from(record.unsolved > 0);
+            let hard = HARD.iter().find(|(name, ..)| *name == scene.name);
+            let (steps, left) = hard.map_or((0, 0.0), |(_, steps, left)| (*steps, *left));
             assert!(
-                record.unsolved == 0 || hard.is_some_and(|(_, left)| record.residual < *left),
-                "{what}: {}",
+                record.unsolved == 0 || uncertified <= steps && record.residual < left,
+                "{what}: {}, {uncertified} such steps",
                 record.residual
             );
 

@@ -8,8 +8,9 @@ use crate::contact::NO_BODY;
 /// be one of these: without it balls passed through each other.
 pub(super) const LATE: usize = 32;
 
-/// Most intervals that are solved in a step without events in search of the impacts of a cluster of more than
-/// [`LATE`] bodies, a swept body in a heap for instance. The plain rule then steps the rest: a second thin body that
+/// Most intervals that are solved in a step without events in search of the impacts of clusters of more than
+/// [`LATE`] bodies, a swept body in a heap for instance: of all of them, and also before they meet other bodies and
+/// are stepped from the start again. The plain rule then steps the rest: a second thin body that
 /// the swept one hits in the step may be passed, which the summary tells.
 pub(super) const SOLVES: usize = 8;
 

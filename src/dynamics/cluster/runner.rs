@@ -69,6 +69,8 @@ pub(super) struct Runner {
     pub deep: bool,
     /// Its links because of which it is stepped in parts.
     cuts: Vec<CutLink>,
+    /// How many intervals of large clusters were solved in the step, also before these met other bodies.
+    pub spent: usize,
     /// How many intervals may still be solved in the step before the plain rule steps the rest.
     pub solves: usize,
 }
@@ -103,7 +105,7 @@ impl Runner {
         let located = context.rules.events;
         cluster.located = located;
         self.solves = match !located && cluster.bodies.len() > LATE {
-            true => SOLVES,
+            true => SOLVES.saturating_sub(self.spent),
             false => usize::MAX,
         };
         loop {
@@ -443,6 +445,7 @@ impl Runner {
         interval.collect(rules, cache, Some(&self.members), w, span, &threads);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);
+        self.spent += usize::from(self.solves < usize::MAX);
         let outcomes = solution.outcomes.iter();
         outcomes.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {
