@@ -188,8 +188,7 @@ pub(super) fn once(
         write_moving(args, &folder, scene)?;
     }
     let verdict = judge.verdict(&totals, &built);
-    let mut notes = summary::warnings(&totals);
-    notes.extend(nothing_compared(scene, &found));
+    let notes = notes(scene, &totals, &found);
     let head = head(scene, args.engine, every);
     let states = states(&built, args.engine);
     let found_in_run = Found {
@@ -324,10 +323,16 @@ pub(super) fn start_files(
     Ok(files)
 }
 
-/// A note for a run that ends before the first event that its closed form knows.
-fn nothing_compared(scene: &Scene, found: &[Measure]) -> Option<String> {
-    let why = "the run is too short for its closed form: nothing is compared";
-    (scene.reference.is_some() && found.is_empty()).then(|| why.to_owned())
+/// What the user of a run should know besides its verdict.
+fn notes(scene: &Scene, totals: &Totals, found: &[Measure]) -> Vec<String> {
+    let mut notes = summary::warnings(totals);
+    // it ends before the first event that its closed form knows
+    if scene.reference.is_some() && found.is_empty() {
+        let why = "the run is too short for its closed form: nothing is compared";
+        notes.push(why.to_owned());
+    }
+    notes.extend(scene.side_warnings());
+    notes
 }
 
 /// Refuses keys and flags that have no effect in this run.

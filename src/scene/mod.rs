@@ -58,6 +58,7 @@ pub mod plan;
 mod planar;
 pub(crate) mod random;
 mod reader;
+mod sides;
 mod slabs;
 mod time_scales;
 mod uncertain;

@@ -1,4 +1,4 @@
-//! Steps too long for what moves fastest.
+//! Steps too long for what moves fastest, and chains that everything starts behind.
 
 use super::*;
 
@@ -50,6 +50,31 @@ fn spinning_bodies_need_twenty_steps_a_turn() {
 fn no_scene_of_the_catalogue_steps_too_far() {
     for listing in scenes().unwrap() {
         let found = load_any(listing.name).step_warnings();
+        assert!(found.is_empty(), "{}: {found:?}", listing.name);
+    }
+}
+
+#[test]
+fn a_chain_that_everything_starts_behind_is_told() {
+    let scene = |chain: &str, at: &str| {
+        let text = format!(
+            "[scene]\nname = \"hills\"\ntitle = \"Hills\"\n[[body]]\nname = \"hills\"\nkind = \"fixed\"\n\
+             polyline = {chain}\n[[body]]\nname = \"ball\"\ndisc = 0.1\nposition = {at}\n"
+        );
+        parse(&text, &[]).unwrap().side_warnings()
+    };
+    let (wrong, right) = ("[[-2, 0], [0, 1], [2, 0]]", "[[2, 0], [0, 1], [-2, 0]]");
+    let found = scene(wrong, "[0.3, 3]");
+    assert!(
+        found.len() == 1 && found[0].contains("behind it"),
+        "{found:?}"
+    );
+    assert!(scene(right, "[0.3, 3]").is_empty());
+    assert!(scene(&format!("{wrong}\ntwo_sided = true"), "[0.3, 3]").is_empty());
+    // beside its ends a body is on no side
+    assert!(scene(wrong, "[-5, 3]").is_empty());
+    for listing in scenes().unwrap() {
+        let found = load_any(listing.name).side_warnings();
         assert!(found.is_empty(), "{}: {found:?}", listing.name);
     }
 }
