@@ -402,10 +402,10 @@ fn push_contact(
 /// largest so far. Of a contact that sinks the depth `|c| h²/8` between midpoint and end alone is left.
 fn held_depth(now: &Situation) -> [f64; 2] {
     now.left.map_or([0.0; 2], |left| {
-        let turned = now.span.length * (now.gamma_a.x - left.gamma.x).abs();
+        let (h, turning) = (now.span.length, now.turning.map_or(0.0, |c| c.x));
         match now.sinks {
-            true => [0.125 * turned, 0.0],
-            false => [0.5 * turned, left.held],
+            true => [0.125 * h * h * turning.abs(), 0.0],
+            false => [0.5 * h * (now.gamma_a.x - left.gamma.x).abs(), left.held],
         }
     })
 }

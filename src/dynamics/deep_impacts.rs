@@ -8,11 +8,15 @@
 use super::interval::{Interval, Source, movable};
 use super::model::{MultibodyModel, NormalLaw};
 use super::recording::end_gap;
+use super::rules::turning;
 use super::solution::Solution;
 use crate::contact::Vec3;
 
 /// Overlap that a step adds and that is left to the position pass, as a share of half the width of the thinner body.
 const LEFT: f64 = 0.25;
+
+/// Turn in a step \[rad\] above which a body turns far.
+const FAR: f64 = 0.5;
 
 /// The movable bodies of the contacts whose overlap grows by more than this. With the gap `g` of the midpoint that is
 ///
@@ -31,20 +35,22 @@ pub(super) fn deep_impacts<M: MultibodyModel + ?Sized>(
             continue;
         };
         let contact = &interval.detection.contacts[index];
-        let end = end_gap(interval, solution, i, contact);
-        if end >= 0.0
+        let straight = contact.gap - 0.5 * interval.length * block.gamma_a.x;
+        // of a contact that began with a gap of 0 and turns far, the straight line does not lead to the start
+        let mut spins = turning(contact, &interval.start).map(|(omega, _)| omega.abs());
+        let start = match block.on_surface && spins.any(|omega| omega * interval.length > FAR) {
+            true => 0.0,
+            false => straight.min(0.0),
+        };
+        let grown = start - end_gap(interval, solution, i, contact);
+        if grown <= contact.gap_noise
             || !matches!(contact.law, NormalLaw::Rigid { .. })
             || interval.known_overlaps.contains(contact.key.pair)
         {
             continue;
         }
-        // of a contact that turns far the straight line does not lead to the start
-        let start = match block.on_surface {
-            true => 0.0,
-            false => contact.gap - 0.5 * interval.length * block.gamma_a.x,
-        };
         let widths = contact.surfaces.map(|surface| model.half_width(surface));
-        if start.min(0.0) - end > LEFT * widths[0].min(widths[1]) {
+        if grown > LEFT * widths[0].min(widths[1]) {
             found.push(movable(contact.rows.bodies, inverse_mass));
         }
     }

@@ -129,7 +129,8 @@ pub(super) fn find_late(
         {
             continue;
         }
-        let opening = opening(contact, interval, solution, path) + turned(index, interval);
+        let opening = opening(contact, interval, solution, path)
+            + turned((index, contact), interval, solution, path);
         let [trigger, _] = limits((index, contact), interval, solution, inverse_mass);
         if -(contact.gap + opening) <= trigger {
             continue;
@@ -184,7 +185,7 @@ pub(super) fn share(dt: f64) -> f64 {
 /// which it is moved.
 ///
 /// Both begin at the depth at which the scheme holds a contact on a curved path, or has held it
-/// before: moved out of it, the contact sinks in again, and gains energy each time. A pair at rest
+/// before: moved out of it, the contact sinks in again, and gains energy each time. What is known to sink is left less. A pair at rest
 /// is moved all the same.
 ///
 /// Above that depth they scale with the motion that the scheme does not resolve, up to
@@ -230,8 +231,18 @@ fn block_of(index: usize, interval: &Interval) -> Option<usize> {
     blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
 }
 
-/// What the turning of its rows adds \[m\] to the [`opening`] of a contact that [sinks](super::rules::Situation).
-pub(super) fn turned(index: usize, interval: &Interval) -> f64 {
+/// What the turning of its rows adds \[m\] to the [`opening`] of a contact that [sinks](super::rules::Situation). On
+/// a `path` of located impacts it is not known.
+pub(super) fn turned(
+    (index, contact): (usize, &ContactPoint),
+    interval: &Interval,
+    solution: &Solution,
+    path: Option<&[Vec3]>,
+) -> f64 {
+    let normal = |u: &[Vec3]| contact.rows.velocity(u).x;
+    if path.is_some_and(|path| normal(path) != normal(&solution.end)) {
+        return 0.0;
+    }
     let block = block_of(index, interval).map(|i| &interval.blocks[i]);
     let turning = block.filter(|b| b.sinks).and_then(|b| b.turning);
     turning.map_or(0.0, |c| 0.5 * c.x * interval.length * interval.length)

@@ -82,8 +82,7 @@ pub(super) fn part_overlaps(
             continue;
         }
         let pair = contact.key.pair;
-        let left =
-            || contact.gap + opening(contact, interval, solution, path) + turned(index, interval);
+        let left = || contact.gap + opening(contact, interval, solution, path);
         // `part_crowd` moves it, for as long as the crowd lasts
         if is_exempt(contact, crowd) {
             if overlaps.open.contains(pair) && crowd_overlaps(contact, left(), inverse_mass) {
@@ -92,8 +91,11 @@ pub(super) fn part_overlaps(
             }
             continue;
         }
-        let left = left();
         let first = overlaps.open.contains(pair);
+        let left = match first {
+            true => left(),
+            false => left() + turned((index, contact), interval, solution, path),
+        };
         let is_late = !first && overlaps.late.contains(pair);
         let slop = if is_late {
             limits((index, contact), interval, solution, inverse_mass)[1]

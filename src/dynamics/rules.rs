@@ -330,7 +330,7 @@ fn friction(rules: &Rules, contact: &ContactPoint) -> f64 {
 /// and `b_T = c_T h/2` for a contact that stuck last step, with `c` of [`Situation`] and the length `h`
 /// of the interval: half of the change of `γ_T` since the last step, in equal steps. A contact that
 /// began with a gap of 0 takes the `b` of [`on_surface`], and `b_T` with the turning of the rows that
-/// [`turning_at_end`] expects. One that rolls, overlaps and [sinks](Situation::sinks) takes that `b` too, and may
+/// [`turning_at_end`] expects. One that overlaps and [sinks](Situation::sinks) takes that `b` too, and may
 /// open as fast as the turning closes it. In the first step of a simulation both take the turning that
 /// [`super::first_step`] has found. So does an interval that ends in an impact located in time, in both
 /// rows: `γ_E` then vanishes on the rows of that instant. On the rows of the midpoint it would be an
@@ -374,8 +374,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         });
     }
     let stays = now.left.is_some_and(|left| left.on_surface);
-    let rolls = contact.rolls_on != [0.0; 2];
-    let sinks = persists && g < 0.0 && now.sinks && rolls && turned.x < 0.0;
+    let sinks = persists && g < 0.0 && now.sinks && turned.x < 0.0;
     if !smooth {
         if g + 0.5 * dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -389,7 +388,8 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         // the gap is that of the start, round-off, and that of the turn so far
         free.x = turned.x.max(-closing.max(0.0));
     } else if (stays || sinks) && (e == 0.0 || g < g_r) {
-        let most = match sinks {
+        // what this gives at first the account of energy takes back
+        let most = match sinks && rules.keeps_account() {
             true => turned.x.min(-closing),
             false => -closing.max(0.0),
         };

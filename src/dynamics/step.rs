@@ -435,10 +435,8 @@ impl MoreauStepper {
         late: &[[u32; 2]],
         dt: f64,
     ) -> Result<Vec<Cluster>, StepError> {
-        let contacts = &self.interval.detection.contacts;
-        let rebounds = |i: &usize| contacts[*i].law.restitution() > 0.0;
-        // those clusters are stepped with events
-        if !rules.events && (!late.is_empty() || self.solution.deferred.iter().any(rebounds)) {
+        // small clusters may be stepped with events
+        if !(rules.events || late.is_empty() && self.solution.deferred.is_empty()) {
             find_crowds(&mut self.interval, &self.inverse_mass);
         }
         let clusters = if rules.locates() || !cuts.is_empty() || !late.is_empty() {

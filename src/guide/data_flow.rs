@@ -24,7 +24,8 @@
 //! | judge | `src/contact/residual.rs` | `natural_map` | the residual that judges all impulses, of every solver |
 //! | move | `src/dynamics/solution.rs` | `Solution` | impulses of all islands and velocities at the end |
 //! | | `src/dynamics/late_rebounds.rs` | `late_rebounds` | without event location: finds the rebounds that leave bodies overlapped |
-//! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with event location, and for late rebounds: locates impacts in time, one cluster of bodies after the other |
+//! | | `src/dynamics/deep_impacts.rs` | `deep_impacts` | without event location: finds the contacts that the step leaves deep |
+//! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with event location, and for late rebounds and deep contacts: locates impacts in time, one cluster of bodies after the other |
 //! | | `src/dynamics/recovery.rs` | `part_overlaps` | moves overlapping bodies apart by position |
 //! | record | `src/dynamics/record.rs` | `StepRecord` | the result: one `ContactRecord` per contact, energies, residual, unsolved islands |
 //! | wear | `src/wear/archard.rs` | `LoadSlip` | sums `ContactRecord::load_slip` on the nodes of the cell that detection found |

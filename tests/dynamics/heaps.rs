@@ -153,7 +153,7 @@ fn check(small: std::ops::Range<u64>, large: std::ops::Range<u64>, steps: usize)
 
 #[test]
 fn some_random_heaps_do_not_fail() {
-    check(0..12, 0..4, 12);
+    check(0..12, 0..4, 40);
 }
 
 #[test]

@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 /// solution.
 ///
 /// A cluster that would hit a body outside is merged with that body's cluster and restarted; or left to the
-/// trial, if it is stepped for late rebounds alone and grows too large.
+/// trial, if it is stepped for late rebounds or deep contacts alone and grows too large.
 pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     model: &mut M,
     solver: &mut IslandSolver,
@@ -121,8 +121,12 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                 };
                 let mut cluster = runner.run(model, solver, own, bodies)?;
                 if runner.deep && !plain && !cluster.located {
+                    let first = cluster.record;
                     let own = &context.with_events();
                     cluster = runner.run(model, solver, own, cluster.bodies)?;
+                    cluster.record.sweeps += first.sweeps;
+                    cluster.record.factorisations += first.factorisations;
+                    cluster.record.pivots += first.pivots;
                 }
                 done.push(cluster);
             }

@@ -19,8 +19,8 @@ pub(in crate::dynamics) struct Context<'a> {
     pub cache: &'a CachedContacts,
     /// Links because of which their islands are stepped in parts.
     pub cuts: &'a [CutLink],
-    /// Movable bodies of the rebounds that leave them overlapped, see
-    /// [`late_rebounds`](crate::dynamics::late_rebounds).
+    /// Movable bodies of the rebounds and contacts that leave them overlapped, see
+    /// [`late_rebounds`](crate::dynamics::late_rebounds) and [`deep_impacts`](crate::dynamics::deep_impacts).
     pub late: &'a [[u32; 2]],
     /// Whether all impacts of the cluster are located although the step is one without events: the trial of the
     /// whole step is then no start for it.
@@ -35,7 +35,7 @@ pub(in crate::dynamics) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// For a small cluster with a swept or a late rebound: all of its impacts are located.
+    /// For a small cluster with a swept or late rebound, or a contact left deep: all of its impacts are located.
     pub fn with_events(&self) -> Self {
         let mut own = *self;
         own.rules.events = true;

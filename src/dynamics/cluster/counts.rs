@@ -3,7 +3,7 @@
 use crate::contact::NO_BODY;
 
 /// Most bodies of a cluster of which all impacts are located for a swept body that rebounds, or for its
-/// [`late_rebounds`](crate::dynamics::late_rebounds). The impacts, and the work of each, grow with the bodies;
+/// [`late_rebounds`](crate::dynamics::late_rebounds) or [`deep_impacts`](crate::dynamics::deep_impacts). The impacts, and the work of each, grow with the bodies;
 /// in larger ones the position pass moves apart what the rebounds leave. The break of a rack of fifteen balls is to
 /// be one of these: without it balls passed through each other.
 pub(super) const LATE: usize = 32;

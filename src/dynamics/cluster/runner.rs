@@ -69,10 +69,11 @@ pub(super) struct Runner {
     pub deep: bool,
     /// Its links because of which it is stepped in parts.
     cuts: Vec<CutLink>,
-    /// How many intervals of large clusters were solved in the step, also before these met other bodies.
-    pub spent: usize,
-    /// How many intervals may still be solved in the step before the plain rule steps the rest.
-    pub solves: usize,
+    /// Whether the cluster has more than [`LATE`] bodies and no events: at most [`SOLVES`] intervals of all such
+    /// clusters are solved in a step, then the plain rule steps the rest.
+    large: bool,
+    /// How many were solved, also before a cluster met other bodies.
+    spent: usize,
 }
 
 /// Configurations of some bodies.
@@ -104,12 +105,9 @@ impl Runner {
         let (mut elapsed, mut rules) = (0.0, context.rules);
         let located = context.rules.events;
         cluster.located = located;
-        self.solves = match !located && cluster.bodies.len() > LATE {
-            true => SOLVES.saturating_sub(self.spent),
-            false => usize::MAX,
-        };
+        self.large = !located && cluster.bodies.len() > LATE;
         loop {
-            if self.solves == 0 {
+            if self.solves_left() == 0 {
                 rules = self.plainer(rules);
             }
             let rest = Rest::of(context, elapsed);
@@ -196,6 +194,14 @@ impl Runner {
             events: false,
             sweeps: rules.events && !self.interval.roles.sweeps.is_empty(),
             ..rules
+        }
+    }
+
+    /// How many intervals of the cluster may still be solved.
+    pub fn solves_left(&self) -> usize {
+        match self.large {
+            true => SOLVES.saturating_sub(self.spent),
+            false => usize::MAX,
         }
     }
 
@@ -316,7 +322,6 @@ impl Runner {
         if known {
             self.take_trial(context);
         } else {
-            self.solves = self.solves.saturating_sub(1);
             self.advance(model, solver, context, rules, span, rest.at)?;
         }
         let closes = self.closes(model, context, rules)?;
@@ -445,7 +450,7 @@ impl Runner {
         interval.collect(rules, cache, Some(&self.members), w, span, &threads);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);
-        self.spent += usize::from(self.solves < usize::MAX);
+        self.spent += usize::from(self.large);
         let outcomes = solution.outcomes.iter();
         outcomes.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {

@@ -309,7 +309,7 @@ impl Runner {
                 None => Sought::Nothing,
             });
         }
-        let mut search = Lengths::up_to(rest.length - LAST * context.dt, self.solves);
+        let mut search = Lengths::up_to(rest.length - LAST * context.dt, self.solves_left());
         let mut time = time;
         loop {
             self.restore(model);
@@ -320,7 +320,6 @@ impl Runner {
                 strikes: true,
             };
             self.interval.sought = Some(pair.surfaces);
-            self.solves = self.solves.saturating_sub(1);
             let advanced = self.advance(model, solver, context, rules, span, rest.at);
             self.interval.sought = None;
             advanced?;
