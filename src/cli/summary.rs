@@ -312,7 +312,7 @@ pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
             true => "",
             false => {
                 " without --events: those of fast bodies and of bodies with continuous collision detection (CCD), \
-                 and rebounds that would have left bodies overlapped"
+                 and those that would have left bodies overlapped"
             }
         };
         text.push_str(&format!("{} impacts located in time{why}\n", t.events));

@@ -22,7 +22,7 @@ const WHY: &str = if cfg!(feature = "parallel") {
 pub struct StepperSettings {
     pub scheme: Scheme,
     /// Whether all impacts and ends of slides are located in time inside the step; needs
-    /// [`Scheme::Staggered`]. Without, only impacts of bodies with CCD or that are fast, and rebounds that would
+    /// [`Scheme::Staggered`]. Without, only impacts of bodies with CCD or that are fast, and those that would
     /// leave a few bodies overlapped.
     pub events: bool,
     /// The impact law; the published scheme has no energy bound.

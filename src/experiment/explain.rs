@@ -253,7 +253,7 @@ fn left_out(scene: &Scene, tried: &Tried) -> Vec<LeftOut> {
     if !scene.step.events {
         add(
             "instants of impacts within their steps".to_owned(),
-            "an impact counts from the step that notices it, up to a step late, but for rebounds that would leave \
+            "an impact counts from the step that notices it, up to a step late, but for impacts that would leave \
              a few bodies overlapped",
             Some("step.events"),
         );

@@ -140,7 +140,7 @@
 //!   not creep, `slip` is exactly 0.
 //! - **Restitution** is Newton's law per contact, bounded per island where several impacts together
 //!   would add energy ([`ImpactLaw`](crate::dynamics::ImpactLaw)). An impact is detected up to a step
-//!   late; with `events` at its instant, as are without it the rebounds that would leave a few bodies overlapped.
+//!   late; with `events` at its instant, as are without it the impacts that would leave a few bodies overlapped.
 //! - **Joints** hold rigidly, at order 2 in the step length.
 //! - **Damping** is exact in free motion.
 //! - **Overlaps** at the start are moved apart by position alone, without a launch.

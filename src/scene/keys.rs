@@ -108,7 +108,7 @@ pub const KEYS: &[Key] = &[
     key("step.dt", Real(1e-9, 1.0), "s", "Step length; default 1/60"),
     key("step.time", Real(0.0, 1e9), "s", "Simulated time; default 10"),
     key("step.scheme", Word(&["staggered", "moreau"]), "", "Time-stepping scheme; default staggered"),
-    key("step.events", Flag, "", "Whether the time of all impacts is located within the step; staggered only; default false: only that of fast bodies, and of rebounds that would leave a few bodies overlapped"),
+    key("step.events", Flag, "", "Whether the time of all impacts is located within the step; staggered only; default false: only that of fast bodies, and of impacts that would leave a few bodies overlapped"),
     key("step.impact_law", Word(&["capped", "newton", "uniform"]), "", "Impact law; default capped: Newton's law, bounded so that it never adds energy"),
     key("step.recovery", Flag, "", "Whether bodies that overlap at the start are moved apart; staggered only; default true"),
     key("step.keep_rest", Flag, "", "Whether islands at rest keep their impulses until something about them changes, instead of being solved in every step; default true"),
