@@ -25,9 +25,9 @@ impl Scene {
                 .peekable();
             if sides.peek().is_some() && sides.all(|side| side > 0.0) {
                 out.push(format!(
-                    "all moving bodies beside `{}` start behind it: an open polyline stops what comes from the right of \
-                     its direction, and its solid is on the left; give its points in the other order, or \
-                     set two_sided = true",
+                    "all moving bodies beside `{}` start behind it: an open polyline stops what comes from the \
+                     right of its direction, and its solid is on the left; give its points in the other order, \
+                     or set two_sided = true",
                     body.name
                 ));
             }

@@ -11,16 +11,19 @@ use crate::dynamics::deep_impacts::deep_impacts;
 use crate::dynamics::model::MultibodyModel;
 
 impl Runner {
-    /// Takes the interval solved last into the account, and notes whether it leaves contacts deep. With `pays` its
-    /// bodies must be at its midpoint.
+    /// Takes the interval solved last into the account, and notes without events whether it leaves contacts deep.
+    /// With `pays` its bodies must be at its midpoint.
     pub(super) fn settle<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
         context: &Context,
         pays: bool,
     ) {
-        let (interval, w) = (&self.interval, context.inverse_mass);
-        self.deep = self.deep || !deep_impacts(model, interval, &self.solution, w).is_empty();
+        // with events it is stepped as finely as it can be
+        if !context.rules.events && !self.deep {
+            let (interval, w) = (&self.interval, context.inverse_mass);
+            self.deep = !deep_impacts(model, interval, &self.solution, w).is_empty();
+        }
         if !context.rules.keeps_account() {
             return;
         }

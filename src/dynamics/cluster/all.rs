@@ -120,7 +120,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     false => context,
                 };
                 let mut cluster = runner.run(model, solver, own, bodies)?;
-                if runner.deep && !plain && !cluster.located {
+                if runner.deep && !plain {
                     let first = cluster.record;
                     let own = &context.with_events();
                     cluster = runner.run(model, solver, own, cluster.bodies)?;
