@@ -398,14 +398,17 @@ fn push_contact(
     into.push(block, sides, gamma_f + free, law, rows(warm));
 }
 
-/// `h |γ_A − γ_E,prev| / 2` \[m\], the depth at which `b = g/h` is steady on a curved path, and the
-/// largest so far. Of a contact that sinks the depth `|c| h²/8` between midpoint and end alone is left.
+/// `h (γ_E,prev − γ_A) / 2` \[m\], the depth at which `b = g/h` is steady on a path that curves towards the other
+/// surface in this step and in the one before, and the largest so far: a body that turns as it lands, or moves on over
+/// a corner, is held at no depth. Of a contact that sinks the depth `|c| h²/8` between midpoint and end alone is left.
 fn held_depth(now: &Situation) -> [f64; 2] {
     now.left.map_or([0.0; 2], |left| {
-        let (h, turning) = (now.span.length, now.turning.map_or(0.0, |c| c.x));
+        let h = now.span.length;
+        let c = |turning: Option<Vec2>| turning.map_or(0.0, |c| c.x);
+        let curved = (left.gamma.x - now.gamma_a.x).min(-h * c(left.turning));
         match now.sinks {
-            true => [0.125 * h * h * turning.abs(), 0.0],
-            false => [0.5 * h * (now.gamma_a.x - left.gamma.x).abs(), left.held],
+            true => [0.125 * h * h * c(now.turning).abs(), 0.0],
+            false => [0.5 * h * curved.max(0.0), left.held],
         }
     })
 }
