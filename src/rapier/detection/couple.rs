@@ -5,6 +5,7 @@ use super::Present;
 use super::leaves::Leaf;
 use super::marks::Marks;
 use super::pairs::Finder;
+use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
 /// Two parts that may meet.
@@ -69,8 +70,19 @@ impl<'a> Couple<'a> {
                 let sheets = sides.iter().all(|leaf| leaf.part.is_sheet());
                 couple.sight.told = told.filter(|faces| sheets && known(faces, |_| true));
             }
+        } else if sides.iter().any(|leaf| leaf.part.is_one_sided()) {
+            couple.sight.moved = couple.moved(0.5 * finder.step);
         }
         couple
+    }
+
+    /// Motion of the other part relative to each in a time \[s\], by their present velocities.
+    pub fn moved(&self, time: f64) -> [Vec2; 2] {
+        [0, 1].map(|base: usize| {
+            let place = self.sides[1 - base].pose.translation;
+            let [own, other] = [base, 1 - base].map(|i| self.bodies[i].velocity_at(place));
+            time * (other - own)
+        })
     }
 
     pub fn poses(&self) -> [Pose64; 2] {

@@ -74,12 +74,6 @@ impl Finder<'_> {
             true => 0,
             false => memory.get(&order),
         };
-        // motion of `other` relative to `base` since the start of the step
-        let moved = |base: usize, other: usize| {
-            let place = sides[other].pose.translation;
-            let u = bodies[other].velocity_at(place) - bodies[base].velocity_at(place);
-            0.5 * self.step * u
-        };
         // the cores of rounded parts are apart at the start of a step, those of sharp ones that touch
         // are so by rounding
         let rounded = parts.iter().any(|part| part.rounding > 0.0);
@@ -105,7 +99,7 @@ impl Finder<'_> {
         Sight {
             faces: [0, 1].map(|i| face_of(known, i)),
             moved: match self.midpoint {
-                true => [moved(0, 1), moved(1, 0)],
+                true => couple.moved(0.5 * self.step),
                 false => [Vec2::zeros(); 2],
             },
             motion: match known & TOUCHED {

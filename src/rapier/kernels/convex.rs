@@ -16,10 +16,17 @@ struct Separation {
     any: f64,
     /// Largest separation along a face on the side of the other shape, and this face.
     most: (f64, usize),
-    /// Whether the corner met along it belongs to a neighbour of the other segment.
+    /// Whether the corner met along it lies over that face, and belongs to a neighbour of the other segment.
     ceded: bool,
     /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
+}
+
+/// Whether a point lies over or under face `k` of a shape, and not beside it.
+fn lies_over(base: &View, k: usize, point: Vec2) -> bool {
+    let [a, b] = base.face(k);
+    let along = b - a;
+    (0.0..=along.norm_squared()).contains(&(point - a).dot(&along))
 }
 
 /// `seen` is the pose of `other` in the frame of `base`.
@@ -68,7 +75,8 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
         let goes_on = |edge: &Edge| edge.leads_on(nearest, -m);
         let separates = !(is_two_sided(base) && other.edge.is_some_and(goes_on));
         if looks && separates && apart > found.most.0 {
-            (found.most, found.ceded) = ((apart, k), ceded);
+            let has = || lies_over(base, k, seen.apply(other.points[nearest]));
+            (found.most, found.ceded) = ((apart, k), ceded && has());
         }
         if looks && met && found.best.is_none_or(|(most, _)| apart > most) {
             found.best = Some((apart, k));
@@ -177,7 +185,13 @@ impl Meeting<'_> {
 
     /// Whether a neighbour of a segment has the contact along the axis that separates the two most, in
     /// place of that along face `chosen`. `of` are the separations from the faces of both.
-    fn neighbour_has(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
+    fn neighbour_has(
+        &self,
+        chosen: (usize, usize),
+        of: [&Separation; 2],
+        slack: f64,
+        moved: [Vec2; 2],
+    ) -> bool {
         let [first, second] = &self.views;
         if first.edge.is_none() && second.edge.is_none() {
             return self.is_covered(chosen, of, 1e3 * slack);
@@ -195,7 +209,9 @@ impl Meeting<'_> {
         let other = self.seen[part].apply(self.views[1 - part].center);
         let solid = base.edge.filter(|edge| edge.one_sided);
         let thin = self.views[1 - part].edge.is_none();
-        let in_front = thin && solid.is_some_and(|edge| edge.height(other) >= 0.0);
+        let before = other - self.poses[part].unrotate(moved[part]);
+        let highest = |edge: &Edge| edge.height(other).max(edge.height(before));
+        let in_front = thin && solid.is_some_and(|edge| highest(edge) >= 0.0);
         // a corner that a face of a polygon meets is met, however near the polygon's far face is
         let on_segment = base.edge.is_some();
         let opposed = facing < -0.5 && on_segment && !in_front || facing < 0.0 && deep;
@@ -204,7 +220,40 @@ impl Meeting<'_> {
 
     /// Adds the contacts of the other's face, clipped to face `k` of a part. Returns whether anything
     /// was left of it.
-    fn give(&self, (part, k): (usize, usize), reach: f64, out: &mut Vec<Touch>) -> bool {
+    fn give(&self, face: (usize, usize), reach: f64, out: &mut Vec<Touch>) -> bool {
+        self.give_if(face, reach, out, |_| true)
+    }
+
+    /// Adds the corner of a polygon over face `face` of a one-sided segment, of which it has crossed the line beside
+    /// the segment: the neighbour has the contact at their common corner. A body that turns on that corner may come
+    /// down with this one within the step.
+    fn give_corner(&self, face: (usize, usize), reach: f64, out: &mut Vec<Touch>) {
+        let (base, other) = (&self.views[face.0], &self.views[1 - face.0]);
+        if base.edge.is_none_or(|edge| !edge.one_sided) || other.edge.is_some() {
+            return;
+        }
+        let [a, b] = base.face(face.1);
+        let normal = base.normals[face.1];
+        let along = Vec2::new(-normal.y, normal.x);
+        let noise = 1e-9 * (b - a).norm();
+        let is_corner = |at: &(f64, f64)| {
+            other.points.iter().any(|q| {
+                let q = self.seen[face.0].apply(*q);
+                let off = along * (along.dot(&q) - at.0) + normal * (normal.dot(&(q - a)) - at.1);
+                off.norm() <= noise
+            })
+        };
+        self.give_if(face, reach, out, |at| at.1 > 0.0 && is_corner(at));
+    }
+
+    /// [`Meeting::give`] of the points that a caller wants, by their places along the face and heights \[m\].
+    fn give_if(
+        &self,
+        (part, k): (usize, usize),
+        reach: f64,
+        out: &mut Vec<Touch>,
+        wants: impl Fn(&(f64, f64)) -> bool,
+    ) -> bool {
         let (base, other) = (&self.views[part], &self.views[1 - part]);
         let (pose, own) = (self.poses[part], self.rounding[part]);
         let (both, flipped) = (self.rounding(), part == 1);
@@ -220,7 +269,7 @@ impl Meeting<'_> {
             points.reverse();
         }
         let world = pose.rotate(normal);
-        for (i, (t, height)) in points.into_iter().enumerate() {
+        for (i, (t, height)) in points.into_iter().enumerate().filter(|(_, at)| wants(at)) {
             let gap = height - both;
             if gap <= reach {
                 out.push(Touch {
@@ -301,7 +350,10 @@ pub(super) fn convex_convex(
         (_, None, Some((_, k))) => (1, k),
         (_, None, None) => return bound,
     };
-    if chosen.is_none() && meeting.neighbour_has(face, [&of1, &of2], slack) {
+    if chosen.is_none() && meeting.neighbour_has(face, [&of1, &of2], slack, sight.moved) {
+        if bound > 0.0 {
+            meeting.give_corner(face, reach, out);
+        }
         return bound;
     }
     if !meeting.give(face, reach, out) && chosen.is_none() {
