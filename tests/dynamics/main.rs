@@ -27,6 +27,7 @@ mod reductions;
 mod shown_joints;
 mod slides;
 mod sticking;
+mod terrain;
 mod threads;
 mod thrown_together;
 mod work_counts;

@@ -23,6 +23,10 @@ use crate::dynamics::Pose64;
 /// Half of it is the depth at which the nearest surface may be that of the far side.
 const SHALLOW: f64 = 0.1;
 
+/// Depth at the start of a step, as a share of the thinner part, up to which the nearest surface is that through which
+/// the two came.
+const DEEP: f64 = 0.5;
+
 /// Cosine of 45 degrees: directions within it count as the same.
 const NEARLY: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
@@ -89,6 +93,12 @@ impl Finder<'_> {
         let chain = is_chain(0) || is_chain(1);
         let passed = !chain && couple.may_have_passed(self.step, noise, found);
         let flush = if chain { touching } else { noise };
+        // overlap that they start with is not of this step; but of what shows no contact at the midpoint there
+        // is none other
+        let most = match found.is_empty() {
+            true => shallow * DEEP / SHALLOW,
+            false => shallow,
+        };
         let mut early = Vec::new();
         let mut time = 0.0;
         while time < half {
@@ -106,8 +116,7 @@ impl Finder<'_> {
             };
             for touch in &mut early {
                 let [u1, u2] = [velocity(touch, 0), velocity(touch, 1)];
-                // overlap that they start with is not of this step
-                if time == 0.0 && touch.gap < -shallow {
+                if time == 0.0 && touch.gap < -most {
                     return false;
                 }
                 touch.gap += rest * touch.normal.dot(&(u2 - u1));
