@@ -95,6 +95,8 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     crossing.extend(context.late);
     let any = |bodies: &[u32], flags: &[bool]| bodies.iter().any(|b| flags[*b as usize]);
     let mut done: Vec<Cluster> = Vec::new();
+    // bodies that run into others in the step: at the midpoint of a rest of it they may be deep in each other
+    let mut struck = vec![false; count];
     // where the bodies of clusters were before they were stepped
     let mut middle: BTreeMap<u32, Configuration> = BTreeMap::new();
     loop {
@@ -115,7 +117,8 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                     middle.entry(body).or_insert_with(now);
                 }
                 let plain = context.rules.events || bodies.len() > LATE;
-                let own = match !plain && any(&bodies, &rebounding) {
+                let finely = any(&bodies, &rebounding) || any(&bodies, &struck);
+                let own = match !plain && finely {
                     true => &context.with_events(),
                     false => context,
                 };
@@ -135,6 +138,9 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
         let met = meetings(model, &done, context)?;
         if met.is_empty() {
             return Ok(done);
+        }
+        for body in met.iter().flatten() {
+            struck[*body as usize] = true;
         }
         // a heap would meet one body after the other, and be stepped from its start each time
         let heaps: Vec<&Cluster> = (done.iter())

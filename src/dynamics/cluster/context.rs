@@ -35,7 +35,8 @@ pub(in crate::dynamics) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// For a small cluster with a swept or late rebound, or a contact left deep: all of its impacts are located.
+    /// For a small cluster with a swept or late rebound, a contact left deep, or bodies that came into each other from
+    /// two clusters: all of its impacts are located.
     pub fn with_events(&self) -> Self {
         let mut own = *self;
         own.rules.events = true;
