@@ -399,8 +399,9 @@ fn push_contact(
 }
 
 /// `h (γ_E,prev − γ_A) / 2` \[m\], the depth at which `b = g/h` is steady on a path that curves towards the other
-/// surface in this step and in the one before, and the largest so far: a body that turns as it lands, or moves on over
-/// a corner, is held at no depth. Of a contact that sinks the depth `|c| h²/8` between midpoint and end alone is left.
+/// surface, and the largest so far. No more than the turning of the step before makes, and 0 if either step curves
+/// away: a body that turns as it lands, or moves on over a corner, is held at no depth. Of a contact that sinks the depth
+/// `|c| h²/8` between midpoint and end alone is left.
 fn held_depth(now: &Situation) -> [f64; 2] {
     now.left.map_or([0.0; 2], |left| {
         let h = now.span.length;

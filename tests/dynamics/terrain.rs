@@ -90,6 +90,10 @@ fn showers_on_terrain_end_without_overlap() {
         if overlap >= LARGE_OVERLAP {
             lasting.push((k, overlap));
         }
+        for body in 1..=bodies {
+            let end = run.state(body).0.translation;
+            assert!(end.x.abs() > 8.0 || end.y > -0.5, "{k}, {body}: {end:?}");
+        }
         let deepest = run
             .built
             .deepest_overlap()
@@ -213,5 +217,11 @@ fn fast_polygons_do_not_fall_through_corners_of_terrain() {
             .map_or(0.0, |deepest| deepest.ratio);
         println!("{k}: {deepest}, {} passages", run.totals.passages);
         assert!(deepest < 0.5 && run.totals.passages == 0, "{k}: {deepest}");
+        let end = run.state(1).0.translation;
+        let [right, left] = [line[0][0], line[line.len() - 1][0]];
+        assert!(
+            end.y > -0.5 || end.x > right || end.x < left,
+            "{k}: {end:?}"
+        );
     }
 }

@@ -95,7 +95,8 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     crossing.extend(context.late);
     let any = |bodies: &[u32], flags: &[bool]| bodies.iter().any(|b| flags[*b as usize]);
     let mut done: Vec<Cluster> = Vec::new();
-    // bodies that run into others in the step: at the midpoint of a rest of it they may be deep in each other
+    // bodies that run into others in the step: without events they may be deep in each other when they are next
+    // looked at
     let mut struck = vec![false; count];
     // where the bodies of clusters were before they were stepped
     let mut middle: BTreeMap<u32, Configuration> = BTreeMap::new();

@@ -70,7 +70,9 @@ impl<'a> Couple<'a> {
                 let sheets = sides.iter().all(|leaf| leaf.part.is_sheet());
                 couple.sight.told = told.filter(|faces| sheets && known(faces, |_| true));
             }
-        } else if sides.iter().any(|leaf| leaf.part.is_one_sided()) {
+        }
+        let any = |of: fn(&Part) -> bool| couple.parts.into_iter().any(of);
+        if any(Part::is_one_sided) && !any(Part::is_two_sided) {
             couple.sight.moved = couple.moved(0.5 * finder.step);
         }
         couple
@@ -79,7 +81,8 @@ impl<'a> Couple<'a> {
     /// Motion of the other part relative to each in a time \[s\], by their present velocities.
     pub fn moved(&self, time: f64) -> [Vec2; 2] {
         [0, 1].map(|base: usize| {
-            let place = self.sides[1 - base].pose.translation;
+            let other = self.sides[1 - base];
+            let place = other.pose.apply(other.part.middle());
             let [own, other] = [base, 1 - base].map(|i| self.bodies[i].velocity_at(place));
             time * (other - own)
         })

@@ -83,7 +83,7 @@ impl Finder<'_> {
     ) -> bool {
         let Couple { parts, bodies, .. } = *couple;
         let (half, noise) = (0.5 * self.step, couple.noise(found));
-        let touching = 1e-2 * shallow;
+        let (touching, deep) = (1e-2 * shallow, shallow * DEEP / SHALLOW);
         let finest = speed * half / MOST;
         let stride = finest.max(0.5 * shallow);
         // chains choose among their own faces
@@ -93,12 +93,6 @@ impl Finder<'_> {
         let chain = is_chain(0) || is_chain(1);
         let passed = !chain && couple.may_have_passed(self.step, noise, found);
         let flush = if chain { touching } else { noise };
-        // overlap that they start with is not of this step; but of what shows no contact at the midpoint there
-        // is none other
-        let most = match found.is_empty() {
-            true => shallow * DEEP / SHALLOW,
-            false => shallow,
-        };
         let mut early = Vec::new();
         let mut time = 0.0;
         while time < half {
@@ -116,10 +110,14 @@ impl Finder<'_> {
             };
             for touch in &mut early {
                 let [u1, u2] = [velocity(touch, 0), velocity(touch, 1)];
-                if time == 0.0 && touch.gap < -most {
+                let opens = rest * touch.normal.dot(&(u2 - u1));
+                // overlap that they start with is not of this step, unless they go on into each other and the
+                // midpoint shows no contact of it
+                let known = !found.is_empty() || opens > -shallow || touch.gap < -deep;
+                if time == 0.0 && touch.gap < -shallow && known {
                     return false;
                 }
-                touch.gap += rest * touch.normal.dot(&(u2 - u1));
+                touch.gap += opens;
                 touch.point += 0.5 * rest * (u1 + u2);
             }
             // the midpoint tells the gap exactly, if it tells the direction

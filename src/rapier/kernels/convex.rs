@@ -26,7 +26,8 @@ struct Separation {
 fn lies_over(base: &View, k: usize, point: Vec2) -> bool {
     let [a, b] = base.face(k);
     let along = b - a;
-    (0.0..=along.norm_squared()).contains(&(point - a).dot(&along))
+    let share = (point - a).dot(&along) / along.norm_squared();
+    (-1e-9..=1.0 + 1e-9).contains(&share)
 }
 
 /// `seen` is the pose of `other` in the frame of `base`.
@@ -184,7 +185,8 @@ impl Meeting<'_> {
     }
 
     /// Whether a neighbour of a segment has the contact along the axis that separates the two most, in
-    /// place of that along face `chosen`. `of` are the separations from the faces of both.
+    /// place of that along face `chosen`. `of` are the separations from the faces of both; `moved` is that of
+    /// [`Sight`].
     fn neighbour_has(
         &self,
         chosen: (usize, usize),
@@ -205,7 +207,8 @@ impl Meeting<'_> {
         // the solid behind a segment is taken to be as deep as the segment is long
         let longest = self.views.iter().filter_map(|view| view.edge);
         let deep = depth < -longest.map(Edge::length).fold(0.0, f64::max);
-        // a thin shape in front of a segment is nearer to its own far face, through which it did not come
+        // a thin shape in front of a segment, now or half a step before, is nearer to its own far face, through
+        // which it did not come
         let other = self.seen[part].apply(self.views[1 - part].center);
         let solid = base.edge.filter(|edge| edge.one_sided);
         let thin = self.views[1 - part].edge.is_none();
@@ -224,9 +227,8 @@ impl Meeting<'_> {
         self.give_if(face, reach, out, |_| true)
     }
 
-    /// Adds the corner of a polygon over face `face` of a one-sided segment, of which it has crossed the line beside
-    /// the segment: the neighbour has the contact at their common corner. A body that turns on that corner may come
-    /// down with this one within the step.
+    /// Adds a corner of a polygon above a one-sided segment that leaves its contact to a neighbour: beside its end
+    /// another corner lies below its line. The polygon may turn down on the segment within the step.
     fn give_corner(&self, face: (usize, usize), reach: f64, out: &mut Vec<Touch>) {
         let (base, other) = (&self.views[face.0], &self.views[1 - face.0]);
         if base.edge.is_none_or(|edge| !edge.one_sided) || other.edge.is_some() {
@@ -235,7 +237,7 @@ impl Meeting<'_> {
         let [a, b] = base.face(face.1);
         let normal = base.normals[face.1];
         let along = Vec2::new(-normal.y, normal.x);
-        let noise = 1e-9 * (b - a).norm();
+        let noise = 1e-9 * ((b - a).norm() + 1e-6 * a.norm());
         let is_corner = |at: &(f64, f64)| {
             other.points.iter().any(|q| {
                 let q = self.seen[face.0].apply(*q);

@@ -127,6 +127,14 @@ impl Part {
         }
     }
 
+    /// The middle of a polygon, in its frame; the origin of other parts.
+    pub fn middle(&self) -> Vec2 {
+        match &self.core {
+            Core::Polygon(polygon) => polygon.center,
+            _ => Vec2::zeros(),
+        }
+    }
+
     /// Radius of its round surfaces \[m\].
     #[inline]
     pub fn radius(&self) -> f64 {
@@ -147,12 +155,13 @@ impl Touch {
     }
 }
 
-/// What the past of two parts tells about two-sided segments, see [`Edge`].
+/// What the past of two parts tells about segments, see [`Edge`].
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sight {
     /// Per part that is a segment, the face on whose side the other part was.
     pub faces: [Option<usize>; 2],
-    /// Motion \[m\] of the other part, seen from each, since the time at which its place decides.
+    /// Motion \[m\] of the other part, seen from each, since the time at which its place decides: half a step
+    /// for one-sided segments.
     pub moved: [Vec2; 2],
     /// How far beyond a segment \[m\] the other part may have come through it: the motion of the two in a
     /// step, or any distance if they touched in the last one.
