@@ -212,11 +212,11 @@ fn grains_beside_the_strip_close_their_books() {
 }
 
 /// Bug: what an island pays for energy that its contacts gave back was in no term of the power. The books of five
-/// seeds of six closed to 1e-8 to 6e-7 only.
+/// seeds of six closed to 1e-8 to 6e-7 only. Of the seeds from 11 to 22 contacts give something back with four.
 #[test]
 fn the_books_hold_what_contacts_give_back() {
     let mut returned = 0.0;
-    for seed in ["thresher.grains.seed=11", "thresher.grains.seed=12"] {
+    for seed in ["thresher.grains.seed=16", "thresher.grains.seed=20"] {
         let (scene, setup) = scene(&[&SMALL[..], &[seed][..]].concat());
         let hidden = |_: &str, _: u64| Progress::new("", 1, true);
         let found = run_crops(&scene, &setup, hidden, &mut Steps(0), &|_| None).unwrap();
