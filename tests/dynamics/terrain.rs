@@ -1,7 +1,7 @@
 //! Polygons and boxes thrown on terrain: open polylines with convex and concave corners.
 
 use crate::common::{Random, parse, run};
-use moreau2d::dynamics::LARGE_OVERLAP;
+use crate::thrown_together::Overlaps;
 
 fn points(all: &[[f64; 2]]) -> String {
     let all: Vec<String> = all.iter().map(|[x, y]| format!("[{x:?}, {y:?}]")).collect();
@@ -82,33 +82,17 @@ fn shower(random: &mut Random, bodies: usize) -> String {
 #[test]
 fn showers_on_terrain_end_without_overlap() {
     let mut random = Random(60);
-    let (mut lasting, mut deep) = (Vec::new(), Vec::new());
+    let mut overlaps = Overlaps::default();
     for k in 0..200 {
         let bodies = 2 + random.below(9);
         let run = run(&parse(&shower(&mut random, bodies)));
-        let (overlap, _) = run.built.lasting_overlap().unwrap();
-        if overlap >= LARGE_OVERLAP {
-            lasting.push((k, overlap));
-        }
+        overlaps.add(k, &run);
         for body in 1..=bodies {
             let end = run.state(body).0.translation;
             assert!(end.x.abs() > 8.0 || end.y > -0.5, "{k}, {body}: {end:?}");
         }
-        let deepest = run
-            .built
-            .deepest_overlap()
-            .map_or(0.0, |deepest| deepest.ratio);
-        if deepest > 0.5 || run.totals.passages > 0 {
-            deep.push((k, deepest, run.totals.passages));
-        }
     }
-    println!(
-        "{} lasting: {lasting:?}\n{} deep: {deep:?}",
-        lasting.len(),
-        deep.len()
-    );
-    assert!(lasting.len() <= 4, "{lasting:?}");
-    assert!(deep.len() <= 4, "{deep:?}");
+    overlaps.assert_at_most(4, 4);
 }
 
 /// One body on a terrain at 1/30 s: the friction, the terrain, and place, motion and corners of the body.

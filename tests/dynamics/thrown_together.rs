@@ -1,6 +1,6 @@
 //! Bodies that meet in flight or fall on each other, turning: their normals turn with them.
 
-use crate::common::{Random, parse, run};
+use crate::common::{Random, Run, parse, run};
 use moreau2d::dynamics::LARGE_OVERLAP;
 
 /// A disc, box or capsule by chance, and a radius that contains it.
@@ -53,6 +53,44 @@ fn shower(random: &mut Random, bodies: usize) -> String {
     text
 }
 
+/// What is wrong at the end of many scenes, each with its number.
+#[derive(Debug, Default)]
+pub struct Overlaps {
+    /// Overlaps that last, over the size of the smaller body.
+    lasting: Vec<(usize, f64)>,
+    /// The deepest overlap over the width of the thinner body, and how many bodies passed through others.
+    deep: Vec<(usize, f64, usize)>,
+}
+
+impl Overlaps {
+    pub fn add(&mut self, scene: usize, run: &Run) {
+        let (overlap, _) = run.built.lasting_overlap().unwrap();
+        if overlap >= LARGE_OVERLAP {
+            self.lasting.push((scene, overlap));
+        }
+        let deepest = run
+            .built
+            .deepest_overlap()
+            .map_or(0.0, |deepest| deepest.ratio);
+        if deepest > 0.5 || run.totals.passages > 0 {
+            self.deep.push((scene, deepest, run.totals.passages));
+        }
+    }
+
+    #[track_caller]
+    pub fn assert_at_most(&self, lasting: usize, deep: usize) {
+        println!(
+            "{} lasting, {} deep: {self:?}",
+            self.lasting.len(),
+            self.deep.len()
+        );
+        assert!(
+            self.lasting.len() <= lasting && self.deep.len() <= deep,
+            "{self:?}"
+        );
+    }
+}
+
 /// Bug: a contact that closes by the turning of its rows was held at `|c| h²/2`, and the position pass took it for
 /// one that opens. Of these 200 scenes 17 ended with a lasting overlap above a thousandth. A landing stayed as deep as
 /// it was at the midpoint: in 4 scenes bodies passed through each other, or overlapped by half of the thinner one.
@@ -60,29 +98,12 @@ fn shower(random: &mut Random, bodies: usize) -> String {
 #[test]
 fn showers_of_bodies_end_without_overlap() {
     let mut random = Random(59);
-    let (mut lasting, mut deep) = (Vec::new(), Vec::new());
+    let mut overlaps = Overlaps::default();
     for k in 0..200 {
         let bodies = 2 + random.below(11);
-        let run = run(&parse(&shower(&mut random, bodies)));
-        let (overlap, _) = run.built.lasting_overlap().unwrap();
-        if overlap >= LARGE_OVERLAP {
-            lasting.push((k, overlap));
-        }
-        let deepest = run
-            .built
-            .deepest_overlap()
-            .map_or(0.0, |deepest| deepest.ratio);
-        if deepest > 0.5 || run.totals.passages > 0 {
-            deep.push((k, deepest, run.totals.passages));
-        }
+        overlaps.add(k, &run(&parse(&shower(&mut random, bodies))));
     }
-    println!(
-        "{} lasting: {lasting:?}\n{} deep: {deep:?}",
-        lasting.len(),
-        deep.len()
-    );
-    assert!(lasting.len() <= 2, "{lasting:?}");
-    assert!(deep.len() <= 1, "{deep:?}");
+    overlaps.assert_at_most(2, 1);
 }
 
 /// Bug: a disc that rolls out along a plank turning in flight lay 4.6 mm in it, for as long as it rolled.
