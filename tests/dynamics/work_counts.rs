@@ -48,28 +48,33 @@ fn no_step_has_grown_dearer() {
 }
 
 /// Scene, steps, the length of a step \[s\], then sweeps, factorisations and unsolved islands: the means of 60 runs
-/// over step lengths around it, times eight, and three standard errors of a sum of eight.
+/// over step lengths around it, times eight, and three standard errors of the mean of [`DRAWS`] of them.
 ///
-/// A falling house of cards and a heap that is hit are chaos: one run is a draw, and its sweeps vary by a third. The
-/// sum over step lengths counts.
+/// A falling house of cards and a heap that is hit are chaos: one run is a draw, and its sweeps vary by a third to two
+/// thirds. The mean over [`DRAWS`] step lengths counts.
 const CHAOTIC: [(&str, usize, f64, [usize; 3]); 2] = [
-    ("card-house", 100, 1.0 / 60.0, [350_000, 49_000, 15]),
-    ("hit-heap", 120, 5e-3, [144_000, 63_000, 6]),
+    ("card-house", 100, 1.0 / 60.0, [350_000, 45_000, 15]),
+    ("hit-heap", 120, 5e-3, [130_000, 59_000, 4]),
 ];
+
+const DRAWS: usize = 24;
 
 #[test]
 fn chaotic_scenes_cost_no_more_in_the_mean() {
     for (name, steps, length, most) in CHAOTIC {
         let mut found = [0; 3];
-        for k in 0..8 {
-            let dt = (0.9 + 0.025 * (f64::from(k) + 0.5)) * length;
+        for k in 0..DRAWS {
+            let dt = (0.9 + 0.2 * (k as f64 + 0.5) / DRAWS as f64) * length;
             let totals = run_steps(&load(name, &[&format!("step.dt={dt:?}")]), steps).totals;
             found[0] += totals.sweeps;
             found[1] += totals.factorisations;
             found[2] += totals.unsolved_islands;
         }
         println!("{name} {found:?}");
-        assert!((0..3).all(|i| found[i] <= most[i]), "{name} {found:?}");
+        assert!(
+            (0..3).all(|i| 8 * found[i] <= DRAWS * most[i]),
+            "{name} {found:?}"
+        );
     }
 }
 
