@@ -53,6 +53,7 @@ mod cut_links;
 mod debts;
 mod deep_impacts;
 mod driven;
+mod ends;
 mod energy_bound;
 mod events;
 mod farther;

@@ -1,6 +1,7 @@
 //! Finds the pairs that overlap, at the start of a step and after it.
 
 use super::contact_cache::Overlaps;
+use super::ends::Ends;
 use super::interval::{Interval, Source, movable};
 use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, Detection, ModelError, NormalLaw};
@@ -103,7 +104,7 @@ pub(super) fn find_overlaps(
 /// an impact. Such overlaps can persist, because contacts push bodies out no faster than they came in.
 ///
 /// Contacts without impulse that open by themselves, impacts of this step, and contacts of `exempt`
-/// bodies (see [`exempt_bodies`]) do not count. See [`opening`] for `path`. What slides far past a body that an impact
+/// bodies (see [`exempt_bodies`]) do not count. Of [`Ends`] all that overlap do. What slides far past a body that an impact
 /// located in the step `struck` must be seen to overlap: `at_end` finds the contacts at the end of pairs of surfaces.
 ///
 /// # Errors
@@ -112,11 +113,12 @@ pub(super) fn find_late(
     overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
-    path: Option<&[Vec3]>,
+    ends: &Ends,
     inverse_mass: &[Vec3],
     (exempt, struck): (&[bool], &[bool]),
     at_end: impl FnOnce(&[[u32; 2]]) -> Result<Detection, ModelError>,
 ) -> Result<(), ModelError> {
+    let path = ends.path;
     let mut unsure: Vec<&ContactPoint> = Vec::new();
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let pair = contact.key.pair;
@@ -126,17 +128,25 @@ pub(super) fn find_late(
             || overlaps.late.contains(pair)
             || movable(contact.rows.bodies, inverse_mass) == [NO_BODY; 2]
             || is_exempt(contact, exempt)
+            || is_exempt(contact, &ends.turned)
         {
             continue;
         }
-        let opening = opening(contact, interval, solution, path)
-            + turned((index, contact), interval, solution, path);
-        let [trigger, _] = limits((index, contact), interval, solution, inverse_mass);
+        let turned = turned((index, contact), interval, solution, path);
+        let opening = opening(contact, interval, solution, path) + turned;
+        let [trigger, _] = limits(
+            (Some(index), contact, false),
+            interval,
+            solution,
+            inverse_mass,
+        );
         if -(contact.gap + opening) <= trigger {
             continue;
         }
         let block = block_of(index, interval);
-        let parts = opening > -share(interval.length) * contact.gap;
+        // on a path of located impacts a contact may open up to one of them, and stay
+        let parting = interval.length * contact.rows.velocity(&solution.end).x + turned;
+        let parts = parting > -share(interval.length) * contact.gap;
         let stays = match block {
             Some(i) if interval.blocks[i].impact => false,
             Some(i) => solution.impulses[i].x > 0.0 || !parts,
@@ -146,6 +156,16 @@ pub(super) fn find_late(
         if stays && is_exempt(contact, struck) && path.is_some_and(far) {
             unsure.push(contact);
         } else if stays {
+            overlaps.late.insert(pair);
+        }
+    }
+    for (index, contact) in &ends.contacts {
+        let pair = contact.key.pair;
+        let [trigger, _] = limits((*index, contact, true), interval, solution, inverse_mass);
+        let rigid = matches!(contact.law, NormalLaw::Rigid { .. })
+            && movable(contact.rows.bodies, inverse_mass) != [NO_BODY; 2];
+        let known = overlaps.open.contains(pair) || is_exempt(contact, exempt);
+        if rigid && !known && -contact.gap > trigger {
             overlaps.late.insert(pair);
         }
     }
@@ -181,6 +201,13 @@ pub(super) fn share(dt: f64) -> f64 {
     SHARE.max(1.0 - (LARGE_OVERLAP / STRIDE).powf(dt / LASTING))
 }
 
+/// Whether a contact, by its index in the detection, acts in this step and had no impulse in the step before. It went as
+/// deep as it is in this step alone, past the surface at which it should have stopped. All of that is taken back at once:
+/// what slides over one corner after the other lands anew in every second step, and would never lose its overlap by shares.
+pub(super) fn landed(index: usize, interval: &Interval) -> bool {
+    block_of(index, interval).is_some_and(|i| !interval.blocks[i].continues)
+}
+
 /// Overlaps \[m\] of a late pair: the trigger above which it is moved apart, and the slop down to
 /// which it is moved.
 ///
@@ -189,9 +216,10 @@ pub(super) fn share(dt: f64) -> f64 {
 /// is moved all the same.
 ///
 /// Above that depth they scale with the motion that the scheme does not resolve, up to
-/// [`LARGE_OVERLAP`] of a body with the contact on its border.
+/// [`LARGE_OVERLAP`] of a body with the contact on its border. A contact [at the end](Ends) that persists on its turning
+/// path keeps as much too: it would come back in each step.
 pub(super) fn limits(
-    (index, contact): (usize, &ContactPoint),
+    (index, contact, at_end): (Option<usize>, &ContactPoint, bool),
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
@@ -208,14 +236,18 @@ pub(super) fn limits(
     };
     let ends = [speed(&interval.start), speed(&solution.end)];
     if ends[0].max(ends[1]) > slow {
-        let block = block_of(index, interval).map(|i| &interval.blocks[i]);
+        let block = index.and_then(|index| block_of(index, interval));
+        let block = block.map(|i| &interval.blocks[i]);
         let held = block.map_or(0.0, |block| block.held[0].max(block.held[1]));
+        let large = || LARGE_OVERLAP * least_size(&contact.rows, inverse_mass);
         // what touches for the first time may have come deeper in one step
-        let large = block.map_or(f64::INFINITY, |_| {
-            LARGE_OVERLAP * least_size(&contact.rows, inverse_mass)
-        });
-        let slop = whole.min(large / TRIGGER).max(slop_at_rest);
-        return [held + TRIGGER * slop, held + slop];
+        let most = block.map_or(f64::INFINITY, |_| large());
+        let slop = whole.min(most / TRIGGER).max(slop_at_rest);
+        let left = match at_end && block.is_some_and(|block| block.continues) {
+            true => held + large(),
+            false => held,
+        };
+        return [left + TRIGGER * slop, left + slop];
     }
     [TRIGGER_AT_REST * slop_at_rest, slop_at_rest]
 }
@@ -248,20 +280,11 @@ pub(super) fn turned(
     turning.map_or(0.0, |c| 0.5 * c.x * interval.length * interval.length)
 }
 
-/// Bodies whose late overlaps are not corrected in this step: those of islands whose push-outs were
-/// dropped, those of crowds, which have a correction of their own, and those `in_cluster` that turn too
-/// far for the linear rows of another path to hold.
-pub(super) fn exempt_bodies(
-    in_cluster: Vec<bool>,
-    interval: &Interval,
-    solution: &Solution,
-) -> Vec<bool> {
-    let mut exempt = in_cluster;
-    let ends = interval.start.iter().zip(&solution.end);
-    for (exempt, (start, end)) in exempt.iter_mut().zip(ends).filter(|(exempt, _)| **exempt) {
-        let turn = interval.length * start.z.abs().max(end.z.abs());
-        *exempt = turn > STRIDE;
-    }
+/// Bodies whose late overlaps are not corrected in this step: those of islands whose push-outs were dropped, those
+/// of crowds, which have a correction of their own, and those that [wait](Ends::waits).
+pub(super) fn exempt_bodies(ends: &Ends, interval: &Interval, solution: &Solution) -> Vec<bool> {
+    let mut exempt = ends.waits.clone();
+    exempt.resize(interval.start.len(), false);
     for (k, outcome) in solution.outcomes.iter().enumerate() {
         if outcome.relaxed || outcome.crowd {
             let sides = |i: &u32| interval.sides[*i as usize];

@@ -308,7 +308,8 @@ pub struct StepRecord {
     /// end velocity, without contacts in an impact. Experiments on a rapier world replace it by the
     /// penetration measured on the poses at the end, for every engine alike.
     pub penetration: f64,
-    /// Largest penetration \[m\] at which an impact was noticed.
+    /// Largest penetration \[m\] at which an impact was noticed: a rebound, or the landing of a contact that had no
+    /// impulse before.
     pub penetration_impact: f64,
     /// Work \[J\] of rigid contacts and of pins, locks and limits, `Σ P · (γ_A + γ_E)/2` with the
     /// velocity of one side relative to the other: what they take out is negative, and what moving

@@ -160,13 +160,16 @@ fn record_contact(
             status: status(impulse.x, block.impact || instant, sticks, solved),
         });
     }
-    if interval.known_overlaps.contains(contact.key.pair) {
-        // no error of the step
-    } else if block.impact || instant {
-        record.penetration_impact = record.penetration_impact.max(-contact.gap);
-    } else {
-        let end_gap = end_gap(interval, solution, i, contact);
-        record.penetration = record.penetration.max(-end_gap);
+    if !interval.known_overlaps.contains(contact.key.pair) {
+        let impact = block.impact || instant;
+        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+        if impact || rigid && impulse.x > 0.0 && !block.continues {
+            record.penetration_impact = record.penetration_impact.max(-contact.gap);
+        }
+        if !impact {
+            let end_gap = end_gap(interval, solution, i, contact);
+            record.penetration = record.penetration.max(-end_gap);
+        }
     }
     CachedContact {
         impulse,

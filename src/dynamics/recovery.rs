@@ -3,12 +3,13 @@
 use super::asked::Asked;
 use super::contact_cache::Overlaps;
 use super::crowd::overlaps as crowd_overlaps;
+use super::ends::Ends;
 use super::interval::{Interval, movable};
 use super::island_problem::LARGE;
 use super::islands::Islands;
 use super::midpoint_gaps::opening;
 use super::model::{JointKind, NormalLaw};
-use super::overlapping::{STRIDE, is_exempt, limits, share, slop, turned};
+use super::overlapping::{STRIDE, is_exempt, landed, limits, share, slop, turned};
 use super::pair_set::PairSet;
 use super::solution::Solution;
 use super::solve::IslandSolver;
@@ -44,7 +45,8 @@ const OTHER_COMPLIANCE: f64 = 1e-4;
 /// ```
 ///
 /// This is a contact problem without friction. Velocities and kinetic energy do not change. See
-/// [`share`] for `s`.
+/// [`share`] for `s`; of a late pair it is 1 for a contact that [`landed`] in this step. Contacts of [`Ends`] take the
+/// place of those of the step, with `s = 1` for late pairs, and their gap for `g + Δt γ_E`.
 ///
 /// Wedged bodies can move only along their surfaces, and (1) may then need displacements of many
 /// times the overlap. All displacements of an island are therefore scaled down by the same factor,
@@ -61,7 +63,7 @@ pub(super) fn part_overlaps(
     overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
-    path: Option<&[Vec3]>,
+    ends: &Ends,
     inverse_mass: &[Vec3],
     (exempt, crowd): (&[bool], &[bool]),
     solver: &mut IslandSolver,
@@ -75,14 +77,21 @@ pub(super) fn part_overlaps(
     let mut asked = Asked::default();
     let (mut open, mut late) = (PairSet::default(), PairSet::default());
     let (mut needed, mut little) = (PairSet::default(), Vec::new());
-    for (index, contact) in interval.detection.contacts.iter().enumerate() {
+    let main = interval.detection.contacts.iter().enumerate();
+    let main = main.filter(|(_, contact)| !is_exempt(contact, &ends.turned));
+    let main = main.map(|(index, contact)| (Some(index), contact, false));
+    let own = ends.contacts.iter().map(|(index, c)| (*index, c, true));
+    for (index, contact, at_end) in main.chain(own) {
         let movable = movable(contact.rows.bodies, inverse_mass);
         let bodies = (interval.roles).receiving(contact.rows.bodies, movable);
         if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
             continue;
         }
         let pair = contact.key.pair;
-        let left = || contact.gap + opening(contact, interval, solution, path);
+        let left = || match at_end {
+            true => contact.gap,
+            false => contact.gap + opening(contact, interval, solution, ends.path),
+        };
         // `part_crowd` moves it, for as long as the crowd lasts
         if is_exempt(contact, crowd) {
             if overlaps.open.contains(pair) && crowd_overlaps(contact, left(), inverse_mass) {
@@ -92,15 +101,14 @@ pub(super) fn part_overlaps(
             continue;
         }
         let first = overlaps.open.contains(pair);
-        let left = match first {
-            true => left(),
-            false => left() + turned((index, contact), interval, solution, path),
+        let left = match index.filter(|_| !first && !at_end) {
+            Some(index) => left() + turned((index, contact), interval, solution, ends.path),
+            None => left(),
         };
         let is_late = !first && overlaps.late.contains(pair);
-        let slop = if is_late {
-            limits((index, contact), interval, solution, inverse_mass)[1]
-        } else {
-            slop(contact, interval)
+        let slop = match is_late {
+            true => limits((index, contact, at_end), interval, solution, inverse_mass)[1],
+            false => slop(contact, interval),
         };
         let x = -left - slop;
         let waits = is_late && is_exempt(contact, exempt);
@@ -118,7 +126,11 @@ pub(super) fn part_overlaps(
                 little.push((pair, bodies));
             }
         }
-        let gap = if moves { -share * x } else { left.max(0.0) };
+        let gap = match moves {
+            true if is_late && (at_end || index.is_some_and(|index| landed(index, interval))) => -x,
+            true => -share * x,
+            false => left.max(0.0),
+        };
         let rows = Rows {
             bodies,
             ..contact.rows

@@ -29,7 +29,7 @@ fn large_islands_without_a_solution_are_tried_once() {
                 &mut overlaps,
                 &interval,
                 &still,
-                None,
+                &Ends::default(),
                 &masses,
                 (&[], &[]),
                 &mut solver,

@@ -5,6 +5,7 @@ use super::cluster::Cluster;
 use super::contact_cache::Overlaps;
 use super::crowd::{crowd_bodies, part_crowd};
 use super::debts::Debtors;
+use super::ends::Ends;
 use super::impacts::{find_impacts, finish_landings};
 use super::joint_recovery::{Closed, close_joints, excess_gaps, take_up_excess};
 use super::kinetic::kinetic;
@@ -195,7 +196,11 @@ impl MoreauStepper {
             let bodies = record.waypoints.iter().map(|w| w.body as usize);
             bodies.for_each(|body| struck[body] = true);
         }
-        let exempt = exempt_bodies(in_cluster, interval, solution);
+        let ends = match &overlaps {
+            Some(_) => Ends::find(model, interval, solution, &in_cluster, path)?,
+            None => Ends::default(),
+        };
+        let exempt = exempt_bodies(&ends, interval, solution);
         if let Some(overlaps) = &mut overlaps {
             let skipped = (&exempt[..], &struck[..]);
             let at_end = |pairs: &[[u32; 2]]| {
@@ -203,7 +208,7 @@ impl MoreauStepper {
                 let seen = model.detect_pairs(pairs, interval.length, &mut found);
                 seen.map(|()| found)
             };
-            find_late(overlaps, interval, solution, path, w, skipped, at_end)?;
+            find_late(overlaps, interval, solution, &ends, w, skipped, at_end)?;
         }
         let crowd = match overlaps {
             Some(_) => crowd_bodies(w.len(), interval, solution),
@@ -229,7 +234,7 @@ impl MoreauStepper {
             let (solver, solution) = (&mut self.solver, &self.solution);
             let skipped = (&exempt[..], &crowd[..]);
             let mut parted =
-                part_overlaps(&mut overlaps, interval, solution, path, w, skipped, solver);
+                part_overlaps(&mut overlaps, interval, solution, &ends, w, skipped, solver);
             if !crowd.is_empty() {
                 parted.extend(part_crowd(
                     &crowd,

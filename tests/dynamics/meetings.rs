@@ -86,6 +86,9 @@ fn boxes_that_rebound_in_flight_never_overlap() {
 
 /// Bodies that stay in contact while they turn fast overlap by the curve of their path, to second order in
 /// the step, less than without events. Without restitution the step sees that curve ahead.
+///
+/// Bug: bodies that turned by more than a tenth of a radian after an impact inside a step kept the overlap of that turn:
+/// the sums were 60 and 2.8 mm, now 31 and 0.2 mm.
 #[test]
 fn boxes_that_land_in_flight_overlap_less_than_without_events() {
     for (e, count) in [(0.0, 200), (0.5, 200)] {
@@ -99,7 +102,11 @@ fn boxes_that_land_in_flight_overlap_less_than_without_events() {
             }
         }
         println!("e {e}: {sums:?} {over:?}");
-        let (share, most) = if e == 0.0 { (0.35, 0.065) } else { (0.1, 0.05) };
+        let (share, most) = if e == 0.0 {
+            (0.25, 0.04)
+        } else {
+            (0.01, 0.001)
+        };
         assert!(
             sums[1] < most && sums[1] < share * sums[0] && 4 * over[1] < over[0],
             "{sums:?} {over:?}"

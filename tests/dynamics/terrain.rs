@@ -77,8 +77,8 @@ fn shower(random: &mut Random, bodies: usize) -> String {
 }
 
 /// Bug: a body that turned for one step as it landed was held at the depth of that turn while it slid on. Of these 200
-/// scenes 9 ended with a lasting overlap above a thousandth, now 3; in 7 bodies passed through something, in three of
-/// these through the terrain; now in 3, and none through the terrain.
+/// scenes 9 ended with a lasting overlap above a thousandth, now 1; in 7 bodies passed through something, in three of
+/// these through the terrain; now in 2, and none through the terrain.
 #[test]
 fn showers_on_terrain_end_without_overlap() {
     let mut random = Random(60);
@@ -92,7 +92,7 @@ fn showers_on_terrain_end_without_overlap() {
             assert!(end.x.abs() > 8.0 || end.y > -0.5, "{k}, {body}: {end:?}");
         }
     }
-    overlaps.assert_at_most(4, 4);
+    overlaps.assert_at_most(2, 3);
 }
 
 /// One body on a terrain at 1/30 s: the friction, the terrain, and place, motion and corners of the body.
@@ -208,4 +208,41 @@ fn fast_polygons_do_not_fall_through_corners_of_terrain() {
             "{k}: {end:?}"
         );
     }
+}
+
+/// Bug: each corner that a body slides over is a new landing, which leaves it as deep as it is at the midpoint. The
+/// position pass took a quarter of that back in a step: 15 of these 60 slides kept 0.1 to 0.7 % of the body all along.
+#[test]
+fn slides_over_the_corners_of_hills_keep_no_overlap() {
+    let mut random = Random(61);
+    let mut overlaps = Overlaps::default();
+    for k in 0..60 {
+        let count = 20 + random.below(20);
+        let [height, wave, phase] = [
+            random.between(0.1, 0.5),
+            random.between(0.3, 1.0),
+            random.between(0.0, 6.0),
+        ];
+        let mut line = Vec::new();
+        for j in 0..=count {
+            let x = 8.0 - 16.0 * j as f64 / count as f64;
+            line.push([
+                x,
+                height * (wave * x + phase).sin() + random.between(-0.02, 0.02),
+            ]);
+        }
+        let size = random.between(0.2, 0.4);
+        let shape = match random.below(3) {
+            0 => format!("disc = {size:?}"),
+            1 => format!("capsule = [{:?}, {:?}]", 0.7 * size, 0.3 * size),
+            _ => shape(&mut random, size),
+        };
+        let near = line.iter().filter(|p| (p[0] + 5.0).abs() < 1.2);
+        let top = near.map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
+        let place = [-5.0, top + size + 0.05, 0.0];
+        let motion = [random.between(3.0, 9.0), 0.0, 0.0];
+        let text = terrain(1.0 / 60.0, [0.0, 0.0], &line) + &body("b", &shape, place, motion);
+        overlaps.add(k, &run(&parse(&text)));
+    }
+    overlaps.assert_at_most(0, 0);
 }
