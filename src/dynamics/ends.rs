@@ -1,8 +1,8 @@
 //! Contacts at the end of a step, of bodies that turn far in it.
 
 use super::interval::Interval;
+use super::midpoint_gaps::STRIDE;
 use super::model::{ContactPoint, Detection, ModelError, MultibodyModel};
-use super::overlapping::{STRIDE, is_exempt};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
 use std::collections::BTreeMap;
@@ -74,4 +74,10 @@ impl<'a> Ends<'a> {
             contacts,
         })
     }
+}
+
+/// Whether a body of a contact is among these.
+pub(super) fn is_exempt(contact: &ContactPoint, exempt: &[bool]) -> bool {
+    let known = |b: &u32| exempt.get(*b as usize).copied().unwrap_or(false);
+    contact.rows.bodies.iter().any(known)
 }

@@ -5,6 +5,9 @@ use super::model::ContactPoint;
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Rows, Vec3};
 
+/// Largest displacement of a body in a step, as a share of its size: the problem of the displacements is linear.
+pub(super) const STRIDE: f64 = 0.1;
+
 /// Opening \[m\] of a contact from the midpoint of the step to the next one, `Δt γ_E`.
 ///
 /// `path` has the mean velocities of all bodies between the two, if the impacts of some are located in

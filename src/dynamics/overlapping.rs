@@ -1,9 +1,9 @@
 //! Finds the pairs that overlap, at the start of a step and after it.
 
 use super::contact_cache::Overlaps;
-use super::ends::Ends;
+use super::ends::{Ends, is_exempt};
 use super::interval::{Interval, Source, movable};
-use super::midpoint_gaps::{least_size, opening};
+use super::midpoint_gaps::{STRIDE, least_size, opening};
 use super::model::{ContactPoint, Detection, ModelError, NormalLaw};
 use super::pair_set::KnownPairs;
 use super::rules::{reference_acceleration, rest_velocity};
@@ -32,9 +32,6 @@ const SLOP_AT_REST: f64 = 0.01;
 /// Speed below which a pair is at rest, as a share of the speed that the reference acceleration
 /// gives in a step.
 const REST: f64 = 0.1;
-
-/// Largest displacement of a body in a step, as a share of its size: (1) is linear in `d`.
-pub(super) const STRIDE: f64 = 0.1;
 
 /// Surface pairs that overlapped when first seen, and those that [`find_late`] found in earlier
 /// steps.
@@ -296,11 +293,6 @@ pub(super) fn exempt_bodies(ends: &Ends, interval: &Interval, solution: &Solutio
         }
     }
     exempt
-}
-
-pub(super) fn is_exempt(contact: &ContactPoint, exempt: &[bool]) -> bool {
-    let known = |b: &u32| exempt.get(*b as usize).copied().unwrap_or(false);
-    contact.rows.bodies.iter().any(known)
 }
 
 /// Overlap \[m\] that is not corrected: noise, or a hundredth of the distance that the reference

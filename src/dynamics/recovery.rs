@@ -3,13 +3,13 @@
 use super::asked::Asked;
 use super::contact_cache::Overlaps;
 use super::crowd::overlaps as crowd_overlaps;
-use super::ends::Ends;
+use super::ends::{Ends, is_exempt};
 use super::interval::{Interval, movable};
 use super::island_problem::LARGE;
 use super::islands::Islands;
-use super::midpoint_gaps::opening;
+use super::midpoint_gaps::{STRIDE, opening};
 use super::model::{JointKind, NormalLaw};
-use super::overlapping::{STRIDE, is_exempt, landed, limits, share, slop, turned};
+use super::overlapping::{landed, limits, share, slop, turned};
 use super::pair_set::PairSet;
 use super::solution::Solution;
 use super::solve::IslandSolver;
