@@ -198,11 +198,18 @@ pub(super) fn share(dt: f64) -> f64 {
     SHARE.max(1.0 - (LARGE_OVERLAP / STRIDE).powf(dt / LASTING))
 }
 
-/// Whether a contact, by its index in the detection, acts in this step and had no impulse in the step before. It went as
-/// deep as it is in this step alone, past the surface at which it should have stopped. All of that is taken back at once:
-/// what slides over one corner after the other lands anew in every second step, and would never lose its overlap by shares.
-pub(super) fn landed(index: usize, interval: &Interval) -> bool {
-    block_of(index, interval).is_some_and(|i| !interval.blocks[i].continues)
+/// Whether a contact, by its index in the detection, acts in this step, had no impulse in the step before, and is no
+/// deeper than it closes in a step at the start velocity. It closes by half of that up to the midpoint; the rest is for
+/// bodies that turn. Such a contact has passed the surface at which it should have stopped, and all of that is
+/// taken back at once: what slides over one corner after the other lands anew in every second step, and would never lose
+/// its overlap by shares.
+///
+/// What is deeper came through another side. Of a low step in a floor the top is seen first: moved out over it at once,
+/// a body would never meet the face of the step.
+pub(super) fn landed((index, contact): (usize, &ContactPoint), interval: &Interval) -> bool {
+    let came = -interval.length * contact.rows.velocity(&interval.start).x;
+    -contact.gap < came + slop(contact, interval)
+        && block_of(index, interval).is_some_and(|i| !interval.blocks[i].continues)
 }
 
 /// Overlaps \[m\] of a late pair: the trigger above which it is moved apart, and the slop down to

@@ -126,8 +126,9 @@ pub(super) fn part_overlaps(
                 little.push((pair, bodies));
             }
         }
+        let at_once = |index| landed((index, contact), interval);
         let gap = match moves {
-            true if is_late && (at_end || index.is_some_and(|index| landed(index, interval))) => -x,
+            true if is_late && (at_end || index.is_some_and(at_once)) => -x,
             true => -share * x,
             false => left.max(0.0),
         };
