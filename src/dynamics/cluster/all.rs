@@ -144,20 +144,12 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
             struck[*body as usize] = true;
         }
         // a heap would meet one body after the other, and be stepped from its start each time
-        let heaps = done.iter().filter(|c| c.bodies.len() > LATE);
-        let mut heaps: Vec<&[u32]> = heaps.map(|c| &c.bodies[..]).collect();
-        heaps.retain(|bodies| met.iter().any(|pair| is_of(bodies, pair)));
+        let heaps: Vec<&Cluster> = (done.iter())
+            .filter(|c| c.bodies.len() > LATE && met.iter().any(|pair| is_of(&c.bodies, pair)))
+            .collect();
         if !context.rules.events && !heaps.is_empty() {
-            let near: Vec<[u32; 2]> = main.detection.contacts.iter().map(bodies).collect();
-            // where no more impacts are sought, all that touch each other are stepped at once
-            let own: Vec<[u32; 2]> = heaps.iter().map(|bodies| [bodies[0], NO_BODY]).collect();
-            let all = match runner.is_spent() {
-                true => group(count, &own, &near),
-                false => Vec::new(),
-            };
-            heaps.extend(all.iter().map(|bodies| &bodies[..]));
-            let is_around = |pair: &[u32; 2]| heaps.iter().any(|bodies| is_of(bodies, pair));
-            links.extend(near.into_iter().filter(is_around));
+            let near = main.detection.contacts.iter().map(bodies);
+            links.extend(near.filter(|pair| heaps.iter().any(|c| is_of(&c.bodies, pair))));
         }
         links.extend(met);
     }

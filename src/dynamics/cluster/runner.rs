@@ -205,11 +205,6 @@ impl Runner {
         }
     }
 
-    /// Whether no further interval of a cluster of more than [`LATE`] bodies is solved in search of impacts.
-    pub fn is_spent(&self) -> bool {
-        self.spent >= SOLVES
-    }
-
     /// Completes a cluster at the end of the step.
     fn end<M: MultibodyModel + ?Sized>(
         &mut self,
@@ -455,15 +450,9 @@ impl Runner {
         interval.collect(rules, cache, Some(&self.members), w, span, &threads);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);
+        self.spent += usize::from(self.large);
         let outcomes = solution.outcomes.iter();
-        outcomes
-            .clone()
-            .for_each(|outcome| outcome.count_work(&mut self.record));
-        if self.large {
-            // an interval that is not certified is the dearest, and tells least when impacts happen
-            let all = outcomes.into_iter().all(|outcome| outcome.report.solved());
-            self.spent = if all { self.spent + 1 } else { SOLVES };
-        }
+        outcomes.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {
             release_lone(interval, solution, rules, w, span.step);
         }

@@ -326,7 +326,6 @@ impl Runner {
             self.finish_interval(model);
             self.instant.start.clone_from(&self.solution.end);
             let near = self.closing(model, context, pair)?;
-            search.left = search.left.min(self.solves_left());
             match search.next(time, near.as_ref()) {
                 Some(length) => time = length,
                 None => return Ok(search.end(time, near)),
