@@ -136,27 +136,35 @@ fn a_body_without_unknowns_is_one_of_endless_mass() {
     }
 }
 
-/// Where a reduced step ends elsewhere than the full one, and both are certified, both are solutions of the same problem.
-/// Of what is not certified that is not asked: some steps of the house that collapses are not.
+/// Where a reduced step ends elsewhere than the full one, both are solutions of the same problem. What is not certified
+/// solves no problem exactly: some steps of the house that collapses, with one step length or the other.
 #[test]
 fn steps_apart_are_two_solutions_of_one_problem() {
     let hidden = Progress::new("", 0, true);
-    for (name, reduction, steps) in [
-        ("hit-heap", "distant contacts", 60),
-        ("card-house", "islands", 120),
-        ("card-house", "distant contacts", 120),
+    for (name, reduction, steps, draws) in [
+        ("hit-heap", "distant contacts", 60, 1),
+        ("card-house", "islands", 120, 4),
+        ("card-house", "distant contacts", 120, 4),
     ] {
-        let mut scene = load(name, &[]);
-        scene.step.time = f64::from(steps) * scene.step.dt;
         let reduction = REDUCTIONS.iter().find(|r| r.name == reduction).unwrap();
-        let row = against_full(&scene, reduction, 1, &hidden).unwrap();
-        let [apart, certified] = [row.steps_apart, row.steps_apart_certified];
-        assert!(
-            certified > 0 && (certified == apart || name == "card-house"),
-            "{row:?}"
-        );
-        assert_eq!(row.steps_another_solution, certified, "{row:?}");
-        assert_eq!(row.verdict.split(',').next(), Some("another solution"));
+        let (mut exact, mut certified) = (0, 0);
+        for draw in 0..draws {
+            let mut scene = load(name, &[]);
+            scene.step.dt *= 1.0 + 0.01 * f64::from(draw);
+            scene.step.time = f64::from(steps) * scene.step.dt;
+            let row = against_full(&scene, reduction, 1, &hidden).unwrap();
+            println!("{row:?}");
+            assert!(row.steps_apart_certified > 0, "{row:?}");
+            assert_eq!(
+                row.steps_another_solution, row.steps_apart_certified,
+                "{row:?}"
+            );
+            assert_eq!(row.verdict.split(',').next(), Some("another solution"));
+            exact += u32::from(row.steps_apart_certified == row.steps_apart);
+            certified += row.steps_apart_certified;
+        }
+        println!("{name}: {certified} steps, {exact} of {draws} draws certified");
+        assert!(2 * exact >= draws, "{name}");
     }
 }
 
