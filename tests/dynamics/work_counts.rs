@@ -79,17 +79,20 @@ fn chaotic_scenes_cost_no_more_in_the_mean() {
 }
 
 /// Bug: where fast boxes fall on a heap of hundreds, their landings were located in time, each with up to 16 trials of
-/// the whole heap, and from the start again for every box that the heap met. A step took 10 s, 5800
-/// factorisations; with eight trials for each start up to 3400.
+/// the whole heap, and from the start again for every box that the heap met. A step took 10 s. With the direct solver
+/// alone, for the automatic choice also counts the patterns that it tries for a few contacts: with 64 solves allowed
+/// where 4 are, steps take 1102 and 1237.
 #[test]
 fn a_heap_that_is_fallen_on_is_not_solved_again_and_again() {
     let most_at = |dt: f64| {
-        let scene = load("drum-of-boxes", &[&format!("step.dt={dt:?}")]);
+        let scene = load(
+            "drum-of-boxes",
+            &[&format!("step.dt={dt:?}"), "step.solver=direct"],
+        );
         let run = run_steps(&scene, 60);
         run.records.iter().map(|r| r.factorisations).max().unwrap()
     };
     let most = [0.015967, 0.016567, 0.0175].map(most_at);
     println!("{most:?} factorisations");
-    // 339, 496 and 1533: what falls where is a matter of chance
-    assert!(most.iter().all(|most| *most <= 1600), "{most:?}");
+    assert!(most.iter().all(|most| *most <= 600), "{most:?}");
 }
