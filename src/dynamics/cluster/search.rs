@@ -82,20 +82,19 @@ impl Lengths {
     fn next(&mut self, time: f64, near: Option<&Closing>) -> Option<f64> {
         let may_go_on = self.left > 0;
         self.left = self.left.saturating_sub(1);
-        if near.is_some_and(|near| near.gap.abs() <= near.touch) {
-            return None;
-        }
-        if let Some(gap) = near.map(|near| near.gap.abs())
-            && self.best.is_none_or(|(_, least)| gap < least)
-        {
-            self.best = Some((time, gap));
-        }
         let Some(near) = near.filter(|_| may_go_on) else {
             // stay with the best one, after it is stepped again
             self.left = 0;
             let best = self.best.take();
             return best.map(|best| best.0).filter(|best| *best != time);
         };
+        if near.gap.abs() <= near.touch {
+            return None;
+        }
+        let gap = near.gap.abs();
+        if self.best.is_none_or(|(_, least)| gap < least) {
+            self.best = Some((time, gap));
+        }
         self.known |= near.gap < 0.0;
         self.between[usize::from(near.gap < 0.0)] = time;
         let [short, long] = self.between;
@@ -327,7 +326,6 @@ impl Runner {
             self.finish_interval(model);
             self.instant.start.clone_from(&self.solution.end);
             let near = self.closing(model, context, pair)?;
-            search.left = search.left.min(self.solves_left());
             match search.next(time, near.as_ref()) {
                 Some(length) => time = length,
                 None => return Ok(search.end(time, near)),
