@@ -32,12 +32,13 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
 /// Scenes with steps that no solver here certifies, how many, and the relative residual they stay below.
 /// Islands of box-drum and tumbler hold thousands of contacts that contradict each other, that of
 /// drum-of-boxes hundreds where its square of boxes lands; in card-house and high-mass-ratio-1 the
-/// velocity misses its bound by a factor of two. The drum of boxes is chaos: over sixteen step lengths its worst
-/// residual is 0.5e-3 in the mean, with a deviation of 0.9e-3, in 2 to 4 steps.
+/// velocity misses its bound by a factor of two. The drum of boxes is chaos: over 160 step lengths it has two such
+/// steps in the mean and 17 at most, with residuals up to 1.1e-2. Here is one draw, bounded by what draws give;
+/// `chaotic_scenes_cost_no_more_in_the_mean` bounds the mean.
 const HARD: [(&str, usize, f64); 5] = [
     ("box-drum", 40, 2e-2),
     ("card-house", 5, 1e-9),
-    ("drum-of-boxes", 10, 4e-3),
+    ("drum-of-boxes", 24, 1.2e-2),
     ("high-mass-ratio-1", 5, 1e-9),
     ("tumbler", 5, 1e-5),
 ];
