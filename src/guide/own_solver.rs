@@ -170,7 +170,7 @@
 //!
 //! To have it in the tables of `moreau2d bench --solvers` and under a name in scene files, add it
 //! to [`SOLVERS`](crate::oracles::SOLVERS) and
-//! [`solver_by_name`](crate::oracles::solver_by_name): 146 frozen problems, from a single contact to
+//! [`solver_by_name`](crate::oracles::solver_by_name): 147 frozen problems, from a single contact to
 //! drums of 470, then say how far it can be trusted.
 //!
 //! [`ContactProblem`]: crate::contact::ContactProblem

@@ -21,6 +21,10 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, pro
 /// taut bridge an impulse of 1e6 N s changes a velocity by 1e-6 m/s. Then `ε₀` falls, and when it
 /// can fall no more [`Anderson`] extrapolates.
 ///
+/// With a smaller `ε₀` a step ends where the first contact would leave its cone. Two boxes beside each other on a
+/// floor stick to each other, but gaps of 1e-10 m move them apart by 1e-8 m/s: then some contact slides, with all of
+/// its friction, and full steps of a light `ε₀` leave every cone near it.
+///
 /// # Source
 /// Alart & Curnier (1991) for the statuses; Parikh & Boyd (2014) for the proximal term.
 #[derive(Debug, Clone, Default)]
@@ -58,6 +62,8 @@ const CHANGED: usize = 10;
 const SLOW: f64 = 0.1;
 const LIGHTER: f64 = 1e-2;
 const LIGHTEST: f64 = 0.9e-10;
+/// Distance from a bound that counts as none, as a share of the impulse.
+const ROUND_OFF: f64 = 1e-12;
 /// Most steps that are extrapolated.
 const EXTRAPOLATED: usize = 8;
 
@@ -138,6 +144,7 @@ impl StatusNewton {
             for i in 0..n {
                 self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
             }
+            let shortened = self.proximal < first && self.stop_at_first_bound(&problem.laws);
             self.inside.clear();
             self.inside
                 .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
@@ -164,13 +171,50 @@ impl StatusNewton {
                 } else if extrapolated < EXTRAPOLATED {
                     slowest = slowest.min(residual.velocity);
                     extrapolated += 1;
-                    self.anderson.next(&self.before, &mut self.current);
+                    match shortened {
+                        true => self.anderson.clear(),
+                        false => self.anderson.next(&self.before, &mut self.current),
+                    }
                 } else {
                     return step;
                 }
             }
             merit_before = merit;
         }
+    }
+
+    /// Shortens the step from `before` to `current` so that it ends where the first block meets a bound
+    /// of its status: a closed contact that of its cone, a sliding one `P_N = 0`, a free row its bounds.
+    /// Returns whether it has shortened it. What is at a bound already, but for round-off, may leave it.
+    fn stop_at_first_bound(&mut self, laws: &[Law]) -> bool {
+        let statuses = &self.history[self.history.len() - laws.len()..];
+        let mut share: f64 = 1.0;
+        for (i, law) in laws.iter().enumerate() {
+            // how far the impulse is inside its bounds
+            let inside = |p: Vec2| match (statuses[i], *law) {
+                (Status::Closed, Law::Contact { friction, .. }) => {
+                    [friction * p.x - p.y, friction * p.x + p.y, p.x]
+                }
+                (Status::Closed, Law::Bounded { lower, upper, .. }) => {
+                    [p.x - lower, upper - p.x, 0.0]
+                }
+                (Status::SlipPlus | Status::SlipMinus, _) => [p.x; 3],
+                _ => [0.0; 3],
+            };
+            let both = [&self.before, &self.current].map(|all| inside(all[i]));
+            for (now, then) in both[0].into_iter().zip(both[1]) {
+                let off = now > ROUND_OFF * self.before[i].amax();
+                if off && then < 0.0 && then.is_finite() {
+                    share = share.min(now / (now - then));
+                }
+            }
+        }
+        if share < 1.0 {
+            for (from, to) in self.before.iter().zip(&mut self.current) {
+                *to = from.lerp(to, share);
+            }
+        }
+        share < 1.0
     }
 
     /// Takes chord steps with the factors and statuses of `newton`, from the impulses that the
