@@ -139,15 +139,7 @@ impl StatusNewton {
                 }
                 changed_before = changed;
             }
-            self.before.clone_from(&self.current);
-            response.solve(problem, &self.targets);
-            for i in 0..n {
-                self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
-            }
-            let shortened = self.proximal < first && self.stop_at_first_bound(&problem.laws);
-            self.inside.clear();
-            self.inside
-                .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
+            let shortened = self.advance(problem, response, self.proximal < first);
             let residual = judge.natural_map(problem, &self.inside);
             let merit = residual.merit();
             if changed > 0 {
@@ -181,6 +173,26 @@ impl StatusNewton {
             }
             merit_before = merit;
         }
+    }
+
+    /// Takes a step with the present factors, as far as to the first bound if `bounded`. Returns whether that
+    /// shortened it.
+    fn advance(
+        &mut self,
+        problem: &ContactProblem,
+        response: &mut Response,
+        bounded: bool,
+    ) -> bool {
+        self.before.clone_from(&self.current);
+        response.solve(problem, &self.targets);
+        for (i, p) in self.current.iter_mut().enumerate() {
+            *p = self.targets[i] - self.gains[i] * response.change(i);
+        }
+        let shortened = bounded && self.stop_at_first_bound(&problem.laws);
+        self.inside.clear();
+        self.inside
+            .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
+        shortened
     }
 
     /// Shortens the step from `before` to `current` so that it ends where the first block meets a bound
