@@ -328,6 +328,14 @@ pub struct StepRecord {
 }
 
 impl StepRecord {
+    /// Adds the work of solves whose results may not be used.
+    pub(super) fn add_work(&mut self, part: &StepRecord) {
+        self.unknowns += part.unknowns;
+        self.sweeps += part.sweeps;
+        self.factorisations += part.factorisations;
+        self.pivots += part.pivots;
+    }
+
     /// Adds the record of bodies that were stepped separately in the same step.
     pub(super) fn add(&mut self, part: &StepRecord) {
         self.contacts.extend_from_slice(&part.contacts);
@@ -337,9 +345,7 @@ impl StepRecord {
         self.drag.extend_from_slice(&part.drag);
         self.islands += part.islands;
         self.resting += part.resting;
-        self.sweeps += part.sweeps;
-        self.factorisations += part.factorisations;
-        self.pivots += part.pivots;
+        self.add_work(part);
         self.residual = self.residual.max(part.residual);
         self.residual_velocity = self.residual_velocity.max(part.residual_velocity);
         self.unsolved += part.unsolved;

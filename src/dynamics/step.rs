@@ -331,7 +331,7 @@ impl MoreauStepper {
             late.extend(deep_impacts(model, interval, solution, w));
             late.extend(turned_impacts(model, interval, solution, w, &self.origin)?);
         }
-        let clusters = self.locate(model, rules, &cuts, &late, dt)?;
+        let clusters = self.locate(model, rules, &cuts, &late, record)?;
         Ok(SolvedStep {
             overlaps,
             links,
@@ -433,7 +433,7 @@ impl MoreauStepper {
         rules: &Rules,
         cuts: &[CutLink],
         late: &[[u32; 2]],
-        dt: f64,
+        record: &mut StepRecord,
     ) -> Result<Vec<Cluster>, StepError> {
         // small clusters may be stepped with events
         if !(rules.events || late.is_empty() && self.solution.deferred.is_empty()) {
@@ -451,9 +451,9 @@ impl MoreauStepper {
                 inverse_mass: &self.inverse_mass,
                 origin: &self.origin,
                 time: self.time,
-                dt,
+                dt: record.dt,
             };
-            locate_impacts(model, &mut self.solver, &context)?
+            locate_impacts(model, &mut self.solver, &context, record)?
         } else {
             Vec::new()
         };

@@ -12,6 +12,7 @@ use crate::dynamics::events::{crossing, may_close};
 use crate::dynamics::interval::{Source, movable};
 use crate::dynamics::islands::Islands;
 use crate::dynamics::model::{Configuration, ContactPoint, MultibodyModel, NormalLaw};
+use crate::dynamics::record::StepRecord;
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 use crate::dynamics::wide_turns::wide_turns;
@@ -19,7 +20,7 @@ use std::collections::BTreeMap;
 
 /// Steps every cluster of bodies in which a contact closes or rebounds late, a slide ends
 /// or a contact or link turns too far. `main` is the whole step, `trial` its
-/// solution.
+/// solution. `work` gets that of clusters that are stepped again.
 ///
 /// A cluster that would hit a body outside is merged with that body's cluster and restarted; or left to the
 /// trial, if it is stepped for late rebounds or deep contacts alone and grows too large.
@@ -27,6 +28,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     model: &mut M,
     solver: &mut IslandSolver,
     context: &Context,
+    work: &mut StepRecord,
 ) -> Result<Vec<Cluster>, StepError> {
     let (main, trial) = (context.main, context.trial);
     let count = main.start.len();
@@ -110,7 +112,13 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
             }
         }
         crossing.retain(|pair| !left.iter().any(|bodies| is_of(bodies, pair)));
-        done.retain(|cluster| groups.contains(&cluster.bodies));
+        done.retain(|cluster| {
+            let stays = groups.contains(&cluster.bodies);
+            if !stays {
+                work.add_work(&cluster.record);
+            }
+            stays
+        });
         for bodies in groups {
             if !done.iter().any(|cluster| cluster.bodies == bodies) {
                 for &body in &bodies {
@@ -125,12 +133,9 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                 };
                 let mut cluster = runner.run(model, solver, own, bodies)?;
                 if runner.deep && !plain {
-                    let first = cluster.record;
+                    work.add_work(&cluster.record);
                     let own = &context.with_events();
                     cluster = runner.run(model, solver, own, cluster.bodies)?;
-                    cluster.record.sweeps += first.sweeps;
-                    cluster.record.factorisations += first.factorisations;
-                    cluster.record.pivots += first.pivots;
                 }
                 done.push(cluster);
             }
