@@ -31,7 +31,9 @@ impl Sweep {
 /// # Sweeps
 /// A contact that closes by more than half the thickness of a swept body in a step is located in
 /// time, as with [`super::settings::StepperSettings::events`]. All other contacts are treated as
-/// usual.
+/// usual. So are those of a crowd of more than 32 bodies, unless more than half of the thickness overlaps at the
+/// midpoint: the usual rule keeps them from passing each other, and a heap that is stepped again and again for one
+/// impact costs more, and is left deeper in overlap, than one that is solved once.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodyRoles {
     pub dominance: Vec<i16>,

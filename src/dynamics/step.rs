@@ -362,7 +362,7 @@ impl MoreauStepper {
         if interval.first {
             cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
         }
-        if rules.events {
+        if rules.locates() {
             find_crowds(interval, w);
         }
         let (cache, span) = (&self.cache.contacts, Span::whole(dt));
@@ -436,7 +436,7 @@ impl MoreauStepper {
         record: &mut StepRecord,
     ) -> Result<Vec<Cluster>, StepError> {
         // small clusters may be stepped with events
-        if !(rules.events || late.is_empty() && self.solution.deferred.is_empty()) {
+        if !(rules.locates() || late.is_empty()) {
             find_crowds(&mut self.interval, &self.inverse_mass);
         }
         let clusters = if rules.locates() || !cuts.is_empty() || !late.is_empty() {

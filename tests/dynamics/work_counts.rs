@@ -54,7 +54,7 @@ fn no_step_has_grown_dearer() {
 /// vary by a third to two thirds. The mean over [`DRAWS`] step lengths counts.
 const CHAOTIC: [(&str, usize, f64, [usize; 3]); 3] = [
     ("card-house", 100, 1.0 / 60.0, [180_000, 38_000, 9]),
-    ("drum-of-boxes", 120, 1.0 / 60.0, [95_000, 35_000, 26]),
+    ("drum-of-boxes", 120, 1.0 / 60.0, [76_000, 30_000, 26]),
     ("hit-heap", 120, 5e-3, [115_000, 57_000, 3]),
 ];
 
@@ -104,8 +104,7 @@ fn the_exact_effort_certifies_a_drum_that_the_fast_one_does_not() {
 
 /// Bug: where fast boxes fall on a heap of hundreds, their landings were located in time, each with up to 16 trials of
 /// the whole heap, and from the start again for every box that the heap met. A step took 10 s. With the direct solver
-/// alone, for the automatic choice also counts the patterns that it tries for a few contacts: with 64 solves allowed
-/// where 4 are, steps take 1102 and 1237.
+/// alone, for the automatic choice also counts the patterns that it tries for a few contacts.
 #[test]
 fn a_heap_that_is_fallen_on_is_not_solved_again_and_again() {
     let most_at = |dt: f64| {
@@ -118,5 +117,5 @@ fn a_heap_that_is_fallen_on_is_not_solved_again_and_again() {
     };
     let most = [0.015967, 0.016567, 0.0175].map(most_at);
     println!("{most:?} factorisations");
-    assert!(most.iter().all(|most| *most <= 600), "{most:?}");
+    assert!(most.iter().all(|most| *most <= 450), "{most:?}");
 }

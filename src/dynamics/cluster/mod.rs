@@ -21,3 +21,4 @@ mod watched;
 
 pub(super) use all::locate_impacts;
 pub(super) use context::{Cluster, Context};
+pub(super) use counts::LATE;
