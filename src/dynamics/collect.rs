@@ -1,6 +1,5 @@
 //! Collects the blocks of an interval: chooses the rule of every contact and joint.
 
-use super::cluster::LATE;
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
 use super::events::LOCATED_CROWD;
 use super::first_step::{drives, is_driven};
@@ -195,11 +194,7 @@ impl Interval {
         let gamma_a = contact.rows.velocity(&self.start) + surface;
         let swept = rules.sweeps
             && (self.roles).swept(contact.rows.bodies, gamma_a, span.step, inverse_mass);
-        let crowd = |b: &u32| self.crowded.get(*b as usize).copied();
-        let crowd = contact.rows.bodies.iter().filter_map(crowd).max();
-        let crowd = crowd.unwrap_or(0);
-        let plain = crowd as usize > LATE && self.is_shallow(contact, inverse_mass);
-        let located = rules.events || swept && !plain;
+        let located = rules.events || swept && !self.is_plain(contact, inverse_mass);
         // only rebounding and deferred contacts depend on accelerations
         let bounces = contact.law.restitution() > 0.0;
         let (mut applied, mut acceleration) = (0.0, 0.0);
@@ -207,7 +202,9 @@ impl Interval {
             applied = applied_acceleration(contact, &self.accelerations);
             acceleration = centripetal(contact, &self.start).max(applied);
         }
-        let crowd = if swept { 0 } else { crowd };
+        let crowd = |b: &u32| self.crowded.get(*b as usize).copied();
+        let crowd = contact.rows.bodies.iter().filter_map(crowd).max();
+        let crowd = crowd.filter(|_| !swept).unwrap_or(0);
         let mut left = cached.and_then(|m| m.left);
         if let Some(left) = left.as_mut().filter(|l| l.on_surface && self.driven) {
             left.on_surface = !is_driven(contact, &self.start, inverse_mass);
@@ -244,12 +241,11 @@ impl Interval {
         }
     }
 
-    /// Whether less than half of a swept body overlaps at the midpoint: the contact is on its right side.
-    fn is_shallow(&self, contact: &ContactPoint, inverse_mass: &[Vec3]) -> bool {
-        (self
-            .roles
-            .swept_thickness(contact.rows.bodies, inverse_mass))
-        .is_some_and(|thickness| contact.gap >= -0.5 * thickness)
+    /// Whether a fast contact takes the rule of any other, see [`find_plain`](super::events::find_plain).
+    fn is_plain(&self, contact: &ContactPoint, inverse_mass: &[Vec3]) -> bool {
+        let own = movable(contact.rows.bodies, inverse_mass);
+        let mut own = own.iter().filter(|b| **b != NO_BODY);
+        own.all(|b| self.plain.get(*b as usize).is_some_and(|plain| *plain))
     }
 
     /// See [`Situation::sinks`].

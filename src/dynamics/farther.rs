@@ -60,7 +60,7 @@ impl MoreauStepper {
         !moved.is_empty()
     }
 
-    /// Begins the step again from its start.
+    /// Begins the step again from its start, also of the `clusters`.
     ///
     /// # Errors
     /// Those of the model.
@@ -68,10 +68,12 @@ impl MoreauStepper {
         &mut self,
         model: &mut M,
         rules: &Rules,
+        clusters: &[Cluster],
         record: &mut StepRecord,
     ) -> Result<(), StepError> {
         let solved = &self.solution.outcomes;
         solved.iter().for_each(|outcome| outcome.count_work(record));
+        clusters.iter().for_each(|c| record.add_work(&c.record));
         self.solver.cache.drop_step();
         self.solver.cache.begin();
         self.cancel(model);

@@ -86,6 +86,8 @@ pub(super) struct Interval {
     pub known_overlaps: PairSet,
     /// For each body, the number of bodies of its crowd, 0 outside crowds: see [`super::events::find_crowds`].
     pub crowded: Vec<u32>,
+    /// For each body, whether its fast contacts take the rule of all others: see [`super::events::find_plain`].
+    pub plain: Vec<bool>,
     /// The pair of surfaces whose landing is located: no crowd keeps it from closing.
     pub sought: Option<[u32; 2]>,
     /// Whether the simulation starts with it, and `c` \[m/s²\] from its midpoint to its end of the

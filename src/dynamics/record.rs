@@ -328,9 +328,8 @@ pub struct StepRecord {
 }
 
 impl StepRecord {
-    /// Adds the work of solves whose results may not be used.
+    /// Adds the solver's work on bodies that were stepped separately, also if their result is not used.
     pub(super) fn add_work(&mut self, part: &StepRecord) {
-        self.unknowns += part.unknowns;
         self.sweeps += part.sweeps;
         self.factorisations += part.factorisations;
         self.pivots += part.pivots;

@@ -6,7 +6,7 @@ use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::{Overlaps, PulledLink};
 use super::cut_links::{CutLink, links_to_cut, parts_suffice};
 use super::deep_impacts::deep_impacts;
-use super::events::{detect_at, find_crowds, lands, release_lone, see_from_the_start};
+use super::events::{detect_at, find_crowds, find_plain, lands, release_lone, see_from_the_start};
 use super::farther;
 use super::first_step::cache_touching;
 use super::gap_resolution::widen_gap_noise;
@@ -257,7 +257,7 @@ impl MoreauStepper {
             if !rules.corrects_gaps() || !self.moves_too_far(model, &solved.clusters, dt) {
                 break;
             }
-            self.begin_again(model, rules, record)?;
+            self.begin_again(model, rules, &solved.clusters, record)?;
             solved = self.solve_all(model, rules, record)?;
         }
         let SolvedStep {
@@ -359,11 +359,15 @@ impl MoreauStepper {
         interval.first = self.time == 0.0 && rules.corrects_gaps();
         interval.ahead.clear();
         interval.crowded.clear();
+        interval.plain.clear();
         if interval.first {
             cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
         }
         if rules.locates() {
             find_crowds(interval, w);
+        }
+        if !rules.events && rules.sweeps {
+            find_plain(interval, w, dt);
         }
         let (cache, span) = (&self.cache.contacts, Span::whole(dt));
         interval.collect(rules, cache, None, w, span, &self.threads);

@@ -283,6 +283,7 @@ impl Runner {
             };
         }
         self.interval.crowded.clone_from(&context.main.crowded);
+        self.interval.plain.clone_from(&context.main.plain);
         self.landed.clear();
         self.held.clear();
         self.bounced = None;
