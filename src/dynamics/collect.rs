@@ -241,11 +241,13 @@ impl Interval {
         }
     }
 
-    /// Whether a fast contact takes the rule of any other, see [`find_plain`](super::events::find_plain).
+    /// Whether a fast contact takes the rule of any other, see [`find_plain`](super::events::find_plain). Not if it
+    /// rebounds: that rule would throw the body back early, into others that are not seen.
     fn is_plain(&self, contact: &ContactPoint, inverse_mass: &[Vec3]) -> bool {
         let own = movable(contact.rows.bodies, inverse_mass);
         let mut own = own.iter().filter(|b| **b != NO_BODY);
-        own.all(|b| self.plain.get(*b as usize).is_some_and(|plain| *plain))
+        contact.law.restitution() == 0.0
+            && own.all(|b| self.plain.get(*b as usize).is_some_and(|plain| *plain))
     }
 
     /// See [`Situation::sinks`].

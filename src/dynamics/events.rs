@@ -1,7 +1,7 @@
 //! Event location: the instant inside a step at which a fast contact closes.
 //!
 //! Contacts that close fast are deferred (see [`super::rules`]). Without event location only those of swept bodies
-//! are, in large crowds only where they get deep, and all of small clusters with
+//! are, in large crowds only where they rebound or get deep, and all of small clusters with
 //! [late rebounds](super::late_rebounds) or [deep contacts](super::deep_impacts). A trial step without them gives
 //! every body a path, `q(t) = q_A + t u_A + t² (u_E − u_A)/(2h)`. On it the gap of a deferred
 //! contact is a parabola. Where the gap falls through zero, the bodies of the contact's cluster are

@@ -5,8 +5,8 @@ use crate::contact::{NO_BODY, Vec2, Vec3};
 /// Whether the motion of a body within a step is swept, so that it passes through nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
-    /// Half the thinnest extent \[m\], the radius of a disc: a body that moves less than half of it in a step cannot pass through
-    /// another. Infinite for a body that is not swept.
+    /// Half the thinnest extent \[m\], the radius of a disc: a body that moves less than half of it in a step
+    /// cannot pass through another. Infinite for a body that is not swept.
     pub thickness: f64,
     /// Whether the sweep is against all bodies, or only against fixed and kinematic ones.
     pub all: bool,
@@ -31,9 +31,9 @@ impl Sweep {
 /// # Sweeps
 /// A contact that closes by more than half the thickness of a swept body in a step is located in
 /// time, as with [`super::settings::StepperSettings::events`]. All other contacts are treated as
-/// usual. So are those with fixed and kinematic bodies in a crowd of more than 32 bodies, linked by contacts that may
-/// close in the step, unless a body overlaps by more than half the thickness at the midpoint: the usual rule holds them
-/// as well, and a heap that is stepped again and again costs more and is left with more overlap.
+/// usual. So are those without rebound with fixed and kinematic bodies in a crowd of more than 32 bodies, linked by
+/// contacts that may close in the step, unless a body overlaps by more than half the thickness at the midpoint: the
+/// usual rule holds them as well, and a heap that is stepped again and again costs more and is left with more overlap.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodyRoles {
     pub dominance: Vec<i16>,

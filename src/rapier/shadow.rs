@@ -181,7 +181,8 @@ pub(super) fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) 
     )
 }
 
-/// Half the thinnest extent \[m\] of a shape, the radius of a disc; infinite for meshes, which rapier does not sweep either.
+/// Half the thinnest extent \[m\] of a shape, the radius of a disc; infinite for meshes, which rapier does not sweep
+/// either.
 pub(super) fn thickness(shape: &dyn Shape) -> f64 {
     match shape.shape_type() {
         ShapeType::TriMesh | ShapeType::Polyline | ShapeType::HeightField | ShapeType::Voxels => {
