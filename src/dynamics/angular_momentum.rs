@@ -27,8 +27,8 @@ use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// Applies (1) to the velocities at the end of a step, for every island without support that
 /// `closed` moved. Returns the change of kinetic energy \[J\].
-pub(super) fn restore_angular_momentum<M: MultibodyModel + ?Sized>(
-    model: &M,
+pub(super) fn restore_angular_momentum(
+    model: &dyn MultibodyModel,
     closed: &Closed,
     inverse_mass: &[Vec3],
     end: &mut [Vec3],
@@ -68,8 +68,8 @@ struct Body {
 
 impl Body {
     /// `None` if not all its coordinates are free: then it has a support.
-    fn new<M: MultibodyModel + ?Sized>(
-        model: &M,
+    fn new(
+        model: &dyn MultibodyModel,
         index: usize,
         moved: Vec2,
         inverse_mass: &[Vec3],
@@ -136,8 +136,8 @@ impl Rigid {
 
 /// The motion of `bodies` relative to the rigid one that has their momenta. `None` if not all their
 /// coordinates are free.
-pub(super) fn relative_motion<M: MultibodyModel + ?Sized>(
-    model: &M,
+pub(super) fn relative_motion(
+    model: &dyn MultibodyModel,
     bodies: &[u32],
     inverse_mass: &[Vec3],
     velocities: &[Vec3],

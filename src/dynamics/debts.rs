@@ -30,8 +30,8 @@ const MOST: f64 = 0.05;
 const PARALLEL: f64 = 1e-6;
 
 /// Lets islands in debt pay.
-pub(super) struct Debtors<'a, M: ?Sized> {
-    pub model: &'a M,
+pub(super) struct Debtors<'a> {
+    pub model: &'a dyn MultibodyModel,
     pub interval: &'a Interval,
     pub inverse_mass: &'a [Vec3],
     /// Whether they pay now, or keep their debts for a later interval: bodies that are at its end already
@@ -39,7 +39,7 @@ pub(super) struct Debtors<'a, M: ?Sized> {
     pub pays: bool,
 }
 
-impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
+impl Debtors<'_> {
     /// Lets all islands pay whose blocks are all `used`, and shares out their reserves equally among
     /// their bodies.
     pub fn settle(

@@ -23,8 +23,8 @@ const FAR: f64 = 0.5;
 /// ```text
 /// min(g − Δt γ_A/2, 0) − (g + Δt γ_E/2) > δ
 /// ```
-pub(super) fn deep_impacts<M: MultibodyModel + ?Sized>(
-    model: &M,
+pub(super) fn deep_impacts(
+    model: &dyn MultibodyModel,
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],

@@ -22,9 +22,9 @@ impl MoreauStepper {
     ///
     /// # Errors
     /// [`StepError::NonFinite`].
-    pub(super) fn solve_driven<M: MultibodyModel + ?Sized>(
+    pub(super) fn solve_driven(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         record: &mut StepRecord,
     ) -> Result<(), StepError> {

@@ -27,8 +27,8 @@ impl<'a> Ends<'a> {
     ///
     /// # Errors
     /// Those of the detection.
-    pub fn find<M: MultibodyModel + ?Sized>(
-        model: &mut M,
+    pub fn find(
+        model: &mut dyn MultibodyModel,
         interval: &Interval,
         solution: &Solution,
         in_cluster: &[bool],

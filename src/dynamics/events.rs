@@ -201,8 +201,8 @@ pub(super) fn release_lone(
 /// Replaces contacts with thin bodies that another body passed before the midpoint. At the midpoint
 /// they show their far side and seem to open. They are detected at the start of the step instead,
 /// and moved to the midpoint.
-pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn see_from_the_start(
+    model: &mut dyn MultibodyModel,
     interval: &mut Interval,
     cache: &CachedContacts,
     rules: &Rules,
@@ -292,8 +292,8 @@ const SEARCHES: usize = 256;
 
 /// Whether the surfaces of a contact, which is that at the `start`, touch before a time `until` \[s\] if the bodies
 /// go on with their velocities. Advances as far as the bound of their distance allows, or to where a contact closes.
-fn meets_on_path<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+fn meets_on_path(
+    model: &mut dyn MultibodyModel,
     interval: &Interval,
     contact: &ContactPoint,
     start: impl Fn(u32) -> Option<Configuration>,
@@ -361,8 +361,8 @@ fn held_from_the_start(
 
 /// Contacts between `pairs` of surfaces with `bodies` at the poses that `start` returns. The bodies
 /// are then where they were.
-pub(super) fn detect_at<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn detect_at(
+    model: &mut dyn MultibodyModel,
     pairs: &[[u32; 2]],
     mut bodies: Vec<u32>,
     start: impl Fn(u32) -> Option<Configuration>,

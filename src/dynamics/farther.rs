@@ -20,9 +20,9 @@ pub(super) const ROUNDS: usize = 3;
 impl MoreauStepper {
     /// Whether bodies that rebound move farther from the midpoint than the model has looked. It will look so far
     /// the next time.
-    pub(super) fn moves_too_far<M: MultibodyModel + ?Sized>(
+    pub(super) fn moves_too_far(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         clusters: &[Cluster],
         dt: f64,
     ) -> bool {
@@ -64,9 +64,9 @@ impl MoreauStepper {
     ///
     /// # Errors
     /// Those of the model.
-    pub(super) fn begin_again<M: MultibodyModel + ?Sized>(
+    pub(super) fn begin_again(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         clusters: &[Cluster],
         record: &mut StepRecord,

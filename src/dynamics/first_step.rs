@@ -39,8 +39,8 @@ const AT_REST: f64 = 1e-6;
 ///
 /// # Errors
 /// Those of the model.
-pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn cache_touching(
+    model: &mut dyn MultibodyModel,
     interval: &Interval,
     origin: &[Configuration],
     cache: &mut CachedContacts,
@@ -103,9 +103,9 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
 impl MoreauStepper {
     /// Solves the first step once more if links begin to turn in it that its solution shows to be under
     /// tension: see [`super::pulled_links`]. Links that turn already would be braked within the step.
-    pub(super) fn stiffen_first<M: MultibodyModel + ?Sized>(
+    pub(super) fn stiffen_first(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         rules: &Rules,
         record: &mut StepRecord,
     ) -> Result<(), StepError> {
@@ -128,9 +128,9 @@ impl MoreauStepper {
 
     /// Solves the first step once more with the turning of the rows that its first solution predicts. If
     /// the second solution does not confirm it, the first one is restored.
-    pub(super) fn solve_again<M: MultibodyModel + ?Sized>(
+    pub(super) fn solve_again(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         record: &mut StepRecord,
     ) -> Result<(), StepError> {
@@ -195,8 +195,8 @@ impl Ahead {
 ///
 /// # Errors
 /// Those of the model.
-fn look_ahead<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+fn look_ahead(
+    model: &mut dyn MultibodyModel,
     interval: &Interval,
     solution: &Solution,
     dt: f64,

@@ -145,11 +145,7 @@ impl Interval {
     ///
     /// # Errors
     /// Those of the model.
-    pub fn detect<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        dt: f64,
-    ) -> Result<(), ModelError> {
+    pub fn detect(&mut self, model: &mut dyn MultibodyModel, dt: f64) -> Result<(), ModelError> {
         self.detection.clear();
         model.detect(dt, &mut self.detection)
     }
@@ -158,9 +154,9 @@ impl Interval {
     ///
     /// # Errors
     /// Those of the model.
-    pub fn detect_pairs<M: MultibodyModel + ?Sized>(
+    pub fn detect_pairs(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         pairs: &[[u32; 2]],
         dt: f64,
     ) -> Result<(), ModelError> {
@@ -170,12 +166,7 @@ impl Interval {
     }
 
     /// Reads the forces `h` of the interval, and `M⁻¹ h`. `time` is that of its midpoint.
-    pub fn apply_forces<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &M,
-        inverse_mass: &[Vec3],
-        time: f64,
-    ) {
+    pub fn apply_forces(&mut self, model: &dyn MultibodyModel, inverse_mass: &[Vec3], time: f64) {
         self.forces.clear();
         self.forces.resize(self.start.len(), Vec3::zeros());
         model.forces(time, &mut self.forces);

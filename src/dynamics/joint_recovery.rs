@@ -57,8 +57,8 @@ impl Closed {
 ///
 /// # Errors
 /// Those of the model.
-pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn close_joints(
+    model: &mut dyn MultibodyModel,
     interval: &Interval,
     solution: &Solution,
     path: Option<&[Vec3]>,
@@ -106,8 +106,8 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
 
 /// Moves the bodies by the `d` of (1), with `wanted` on the left-hand sides of the joints. Scales `d`
 /// down so that no body turns by more than `turn` \[rad\]. Returns what moved, and `d`.
-fn displace<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+fn displace(
+    model: &mut dyn MultibodyModel,
     contacts: &[(Rows, f64)],
     joints: &[JointRow],
     wanted: impl Fn(usize, &JointRow) -> Vec2,
@@ -146,8 +146,8 @@ fn displace<M: MultibodyModel + ?Sized>(
 ///
 /// # Errors
 /// Those of the model.
-pub(super) fn close_rounded<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn close_rounded(
+    model: &mut dyn MultibodyModel,
     dt: f64,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
@@ -229,8 +229,8 @@ pub(super) fn excess_gaps(
 ///
 /// # Errors
 /// Those of the model.
-pub(super) fn take_up_excess<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn take_up_excess(
+    model: &mut dyn MultibodyModel,
     interval: &Interval,
     solution: &Solution,
     path: Option<&[Vec3]>,

@@ -26,8 +26,8 @@ const LEFT: f64 = 0.05;
 /// ```text
 /// g − Δt γ_A/2 ≥ 0   and   g + Δt γ_E/2 < −δ
 /// ```
-pub(super) fn late_rebounds<M: MultibodyModel + ?Sized>(
-    model: &M,
+pub(super) fn late_rebounds(
+    model: &dyn MultibodyModel,
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],

@@ -129,12 +129,7 @@ impl RestingIslands {
     }
 
     /// Begins a step: ends the rest of islands that something changed for.
-    pub fn begin<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &M,
-        at: Begin,
-        cache: &mut ContactCache,
-    ) {
+    pub fn begin(&mut self, model: &dyn MultibodyModel, at: Begin, cache: &mut ContactCache) {
         let now = model.revision();
         let same = now.is_some() && self.revision.is_none_or(|known| Some(known) == now);
         self.revision = now;
@@ -214,9 +209,9 @@ impl RestingIslands {
 
     /// Puts the islands of a solved step of `dt` \[s\] to rest that are at rest: sets their end
     /// velocities to zero. The model is still at the midpoint.
-    pub fn add<M: MultibodyModel + ?Sized>(
+    pub fn add(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         step: Solved,
         solution: &mut Solution,
         dt: f64,
@@ -320,7 +315,7 @@ impl RestingIslands {
     }
 
     /// Notes the places of immovable bodies at the end of a step.
-    pub fn end<M: MultibodyModel + ?Sized>(&mut self, model: &M) {
+    pub fn end(&mut self, model: &dyn MultibodyModel) {
         self.immovable.clear();
         if self.is_empty() {
             return;

@@ -79,9 +79,9 @@ impl Shows {
     ///
     /// # Errors
     /// Those of the model.
-    pub fn find<M: MultibodyModel + ?Sized>(
+    pub fn find(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         interval: &Interval,
         solution: &Solution,
         path: Option<&[Vec3]>,
@@ -262,9 +262,9 @@ impl Shows {
     }
 
     /// What is shown, with the velocities of islands that float: `floating` has the sides of their rows.
-    fn shown<M: MultibodyModel + ?Sized>(
+    fn shown(
         &self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         floating: Vec<[u32; 2]>,
         inverse_mass: &[Vec3],
         end: &[Vec3],

@@ -51,9 +51,9 @@ impl MoreauStepper {
     /// # Errors
     /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]. The model is then
     /// unchanged, including its velocities; but gaps of pins that are round-off may be closed.
-    pub fn step<M: MultibodyModel + ?Sized>(
+    pub fn step(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         dt: f64,
     ) -> Result<StepRecord, StepError> {
         let mut begun = self.begin(model, dt)?;
@@ -66,9 +66,9 @@ impl MoreauStepper {
     ///
     /// # Errors
     /// As [`MoreauStepper::step`].
-    pub(crate) fn begin<M: MultibodyModel + ?Sized>(
+    pub(crate) fn begin(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         dt: f64,
     ) -> Result<BegunStep, StepError> {
         if !(dt > 0.0 && dt.is_finite()) {
@@ -121,9 +121,9 @@ impl MoreauStepper {
     }
 
     /// Moves the bodies to the midpoint and detects the contacts there.
-    pub(super) fn look<M: MultibodyModel + ?Sized>(
+    pub(super) fn look(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         dt: f64,
     ) -> Result<(), ModelError> {
@@ -149,7 +149,7 @@ impl MoreauStepper {
     }
 
     /// Finds which islands rest in this step, and makes their bodies immovable.
-    fn begin_rest<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, dt: f64) {
+    fn begin_rest(&mut self, model: &mut dyn MultibodyModel, dt: f64) {
         if !self.settings.keep_rest {
             // a state from a stepper that keeps islands at rest goes on with their impulses
             self.resting.end_all(&mut self.cache, 0);
@@ -169,7 +169,7 @@ impl MoreauStepper {
         self.set_resting(model);
     }
 
-    fn set_resting<M: MultibodyModel + ?Sized>(&mut self, model: &mut M) {
+    fn set_resting(&mut self, model: &mut dyn MultibodyModel) {
         let resting = self.resting.flags();
         for (w, _) in (self.inverse_mass.iter_mut().zip(&resting)).filter(|(_, rests)| **rests) {
             *w = Vec3::zeros();
@@ -179,11 +179,7 @@ impl MoreauStepper {
 
     /// Detects all contacts that may close within `ahead` \[s\]: once more if they end the rest of
     /// an island.
-    fn detect<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        ahead: f64,
-    ) -> Result<(), ModelError> {
+    fn detect(&mut self, model: &mut dyn MultibodyModel, ahead: f64) -> Result<(), ModelError> {
         for round in 0.. {
             self.interval.detect(model, ahead)?;
             let Interval {
@@ -210,7 +206,7 @@ impl MoreauStepper {
     }
 
     /// Restores the model at the start of the step.
-    pub(crate) fn cancel<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+    pub(crate) fn cancel(&self, model: &mut dyn MultibodyModel) {
         model.set_velocities(&self.true_start());
         for (body, place) in self.origin.iter().enumerate() {
             model.set_configuration(body, place);
@@ -230,9 +226,9 @@ impl MoreauStepper {
     ///
     /// # Errors
     /// As [`MoreauStepper::step`].
-    pub(crate) fn finish<M: MultibodyModel + ?Sized>(
+    pub(crate) fn finish(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         BegunStep { rules, record }: &mut BegunStep,
     ) -> Result<(), StepError> {
         let result = self.take_step(model, rules, record);
@@ -245,9 +241,9 @@ impl MoreauStepper {
 
     /// Sets up, solves, records and writes a step. Changes the caches only when no more error can
     /// occur.
-    fn take_step<M: MultibodyModel + ?Sized>(
+    fn take_step(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         record: &mut StepRecord,
     ) -> Result<(), StepError> {
@@ -307,9 +303,9 @@ impl MoreauStepper {
     }
 
     /// Solves the step from its detection on.
-    fn solve_all<M: MultibodyModel + ?Sized>(
+    fn solve_all(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         record: &mut StepRecord,
     ) -> Result<SolvedStep, StepError> {
@@ -340,9 +336,9 @@ impl MoreauStepper {
     }
 
     /// Sets up the interval of the step. Returns the pairs to move apart after it.
-    fn set_up<M: MultibodyModel + ?Sized>(
+    fn set_up(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         dt: f64,
     ) -> Result<Option<Overlaps>, StepError> {
@@ -402,9 +398,9 @@ impl MoreauStepper {
 
     /// Links under tension for the next step, and those because of which their islands are stepped in
     /// parts, with the true inertia.
-    fn cut_links<M: MultibodyModel + ?Sized>(
+    fn cut_links(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         rules: &Rules,
         dt: f64,
     ) -> (Vec<(usize, PulledLink)>, Vec<CutLink>) {
@@ -431,9 +427,9 @@ impl MoreauStepper {
 
     /// Steps the clusters of bodies that collide within the step, `late` ones among them, or that `cuts`
     /// step in parts.
-    fn locate<M: MultibodyModel + ?Sized>(
+    fn locate(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         rules: &Rules,
         cuts: &[CutLink],
         late: &[[u32; 2]],
@@ -467,9 +463,9 @@ impl MoreauStepper {
 
     /// Puts the solved islands that are at rest to rest exactly, once the step is recorded as it was
     /// solved.
-    fn rest<M: MultibodyModel + ?Sized>(
+    fn rest(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         in_cluster: &[bool],
         overlaps: Option<&Overlaps>,
         dt: f64,

@@ -50,9 +50,9 @@ impl MoreauStepper {
     }
 
     /// Takes back the energy that constraints gave beyond their reserves.
-    pub(super) fn pay_debts<M: MultibodyModel + ?Sized>(
+    pub(super) fn pay_debts(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         record: &mut StepRecord,
         clusters: &[Cluster],
         in_cluster: &[bool],
@@ -76,9 +76,9 @@ impl MoreauStepper {
 
     /// Records contacts and energies: from the clusters for the bodies `in_cluster`, from the
     /// interval for all others.
-    pub(super) fn record<M: MultibodyModel + ?Sized>(
+    pub(super) fn record(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         record: &mut StepRecord,
         clusters: &[Cluster],
         in_cluster: &[bool],
@@ -136,9 +136,9 @@ impl MoreauStepper {
     }
 
     /// Writes velocities and poses at the end of the step to the model.
-    pub(super) fn write<M: MultibodyModel + ?Sized>(
+    pub(super) fn write(
         &self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         clusters: &[Cluster],
         in_cluster: &[bool],
         dt: f64,
@@ -173,9 +173,9 @@ impl MoreauStepper {
 
     /// Closes gaps of joints and moves overlapped pairs apart. Both change positions alone. Returns
     /// the potential energy \[J\] before, if any body may have moved.
-    pub(super) fn close_gaps<M: MultibodyModel + ?Sized>(
+    pub(super) fn close_gaps(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         record: &mut StepRecord,
         mut overlaps: Option<Overlaps>,
         in_cluster: Vec<bool>,
@@ -259,9 +259,9 @@ impl MoreauStepper {
 
 impl MoreauStepper {
     /// What the step shows of bodies with open joints: see [`Shows`](super::shown::Shows).
-    pub(super) fn shown<M: MultibodyModel + ?Sized>(
+    pub(super) fn shown(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         path: Option<&[Vec3]>,
     ) -> Result<Vec<Shown>, StepError> {
         let (interval, solution) = (&self.interval, &self.solution);
@@ -277,8 +277,8 @@ impl MoreauStepper {
 
 /// Restores the angular momentum that a displacement of bodies changed, see
 /// [`restore_angular_momentum`].
-fn keep_momenta<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+fn keep_momenta(
+    model: &mut dyn MultibodyModel,
     closed: &Closed,
     inverse_mass: &[Vec3],
     end: &mut [Vec3],

@@ -25,8 +25,8 @@ const CENTRAL: f64 = 1e-9;
 ///
 /// # Errors
 /// [`ModelError`] of the detection.
-pub(super) fn turned_impacts<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn turned_impacts(
+    model: &mut dyn MultibodyModel,
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],

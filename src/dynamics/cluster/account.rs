@@ -13,12 +13,7 @@ use crate::dynamics::model::MultibodyModel;
 impl Runner {
     /// Takes the interval solved last into the account, and notes without events whether it leaves contacts deep.
     /// With `pays` its bodies must be at its midpoint.
-    pub(super) fn settle<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &M,
-        context: &Context,
-        pays: bool,
-    ) {
+    pub(super) fn settle(&mut self, model: &dyn MultibodyModel, context: &Context, pays: bool) {
         // with events it is stepped as finely as it can be
         if !context.rules.events && !self.deep {
             let (interval, w) = (&self.interval, context.inverse_mass);
@@ -39,7 +34,7 @@ impl Runner {
     }
 
     /// Takes the impact solved last into the account.
-    pub(super) fn settle_hit<M: MultibodyModel + ?Sized>(&mut self, model: &M, context: &Context) {
+    pub(super) fn settle_hit(&mut self, model: &dyn MultibodyModel, context: &Context) {
         if !context.rules.keeps_account() {
             return;
         }

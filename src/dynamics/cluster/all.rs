@@ -24,8 +24,8 @@ use std::collections::BTreeMap;
 ///
 /// A cluster that would hit a body outside is merged with that body's cluster and restarted; or left to the
 /// trial, if it is stepped for late rebounds or deep contacts alone and grows too large.
-pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(in crate::dynamics) fn locate_impacts(
+    model: &mut dyn MultibodyModel,
     solver: &mut IslandSolver,
     context: &Context,
     work: &mut StepRecord,

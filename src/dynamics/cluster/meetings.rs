@@ -26,8 +26,8 @@ struct Paths<'a> {
 }
 
 /// Pairs of bodies, not of one cluster, that are in each other's way.
-pub(super) fn meetings<M: MultibodyModel + ?Sized>(
-    model: &mut M,
+pub(super) fn meetings(
+    model: &mut dyn MultibodyModel,
     done: &[Cluster],
     context: &Context,
 ) -> Result<Vec<[u32; 2]>, ModelError> {
@@ -136,9 +136,9 @@ impl<'a> Paths<'a> {
 
     /// Whether two bodies meet on their paths. What turns back at an impact need not be in the other's way at the
     /// end. If the pair is `known` to have contacts, those tell it of straight paths.
-    fn meet<M: MultibodyModel + ?Sized>(
+    fn meet(
         &self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         near: &NearPair,
         bodies: [u32; 2],
         known: bool,
@@ -197,12 +197,7 @@ impl<'a> Paths<'a> {
     }
 
     /// Configuration of a body that has `moved` since the start of the step.
-    fn place<M: MultibodyModel + ?Sized>(
-        &self,
-        model: &mut M,
-        body: u32,
-        moved: &Vec3,
-    ) -> Configuration {
+    fn place(&self, model: &mut dyn MultibodyModel, body: u32, moved: &Vec3) -> Configuration {
         let k = body as usize;
         let here = model.configuration(k);
         model.set_configuration(k, &self.context.origin[k]);

@@ -77,7 +77,7 @@ pub(super) struct Runner {
 }
 
 /// Configurations of some bodies.
-pub(super) fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
+pub(super) fn places(model: &dyn MultibodyModel, bodies: &[u32]) -> Vec<Configuration> {
     let of = |b: &u32| model.configuration(*b as usize);
     bodies.iter().map(of).collect()
 }
@@ -88,9 +88,9 @@ impl Runner {
     ///
     /// # Errors
     /// [`StepError`] of the detection, or velocities that are not finite.
-    pub fn run<M: MultibodyModel + ?Sized>(
+    pub fn run(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         solver: &mut IslandSolver,
         context: &Context,
         bodies: Vec<u32>,
@@ -206,12 +206,7 @@ impl Runner {
     }
 
     /// Completes a cluster at the end of the step.
-    fn end<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &M,
-        context: &Context,
-        cluster: &mut Cluster,
-    ) {
+    fn end(&mut self, model: &dyn MultibodyModel, context: &Context, cluster: &mut Cluster) {
         cluster.record = std::mem::take(&mut self.record);
         cluster.unclosed.clone_from(&self.solution.unclosed);
         let links = self.cuts_now(context);
@@ -227,9 +222,9 @@ impl Runner {
     /// Solves the impact of a contact, named by its key and pair, where the bodies are, and makes its
     /// result the start of the next interval. Returns whether the plain rule is to step the rest.
     #[allow(clippy::too_many_arguments)] // the state of one step
-    fn strike<M: MultibodyModel + ?Sized>(
+    fn strike(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         solver: &mut IslandSolver,
         context: &Context,
         (key, pair): (ContactKey, &Pair),
@@ -300,9 +295,9 @@ impl Runner {
     /// Solves the rest of the step without impacts, unless it is too long for the links, or the trial of
     /// the whole step has `known` it. Returns the first contact to close, or with `slides` the first slide to end, and the time
     /// until then. `None` if there is neither: the bodies are then at the end of the step.
-    fn try_rest<M: MultibodyModel + ?Sized>(
+    fn try_rest(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         solver: &mut IslandSolver,
         context: &Context,
         rules: &Rules,
@@ -356,9 +351,9 @@ impl Runner {
 
     /// The first pair to close in the interval solved last, and the time until then. The bodies stay where
     /// they are.
-    fn closes<M: MultibodyModel + ?Sized>(
+    fn closes(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         context: &Context,
         rules: &Rules,
     ) -> Result<Option<(Pair, f64)>, StepError> {
@@ -372,11 +367,11 @@ impl Runner {
         closes
     }
 
-    pub fn restore<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+    pub fn restore(&self, model: &mut dyn MultibodyModel) {
         self.place_all(model, &self.here);
     }
 
-    pub fn place_all<M: MultibodyModel + ?Sized>(&self, model: &mut M, places: &[Configuration]) {
+    pub fn place_all(&self, model: &mut dyn MultibodyModel, places: &[Configuration]) {
         for (&b, place) in self.moved.iter().zip(places) {
             model.set_configuration(b as usize, place);
         }
@@ -389,7 +384,7 @@ impl Runner {
     }
 
     /// Shortens the interval of flying bodies to `time` and moves them to its end.
-    pub fn fly<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, time: f64) {
+    pub fn fly(&mut self, model: &mut dyn MultibodyModel, time: f64) {
         let (interval, solution) = (&mut self.interval, &mut self.solution);
         interval.length = time;
         interval.clear_blocks();
@@ -408,9 +403,9 @@ impl Runner {
     }
 
     /// Solves an interval from `here`; leaves the bodies at its midpoint.
-    pub fn advance<M: MultibodyModel + ?Sized>(
+    pub fn advance(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         solver: &mut IslandSolver,
         context: &Context,
         rules: &Rules,
@@ -467,7 +462,7 @@ impl Runner {
     }
 
     /// Moves the bodies from the midpoint of the interval to its end.
-    pub fn finish_interval<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+    pub fn finish_interval(&self, model: &mut dyn MultibodyModel) {
         for &b in &self.moved {
             let u = self.solution.end[b as usize];
             model.shift(b as usize, &u, 0.5 * self.interval.length);
@@ -475,9 +470,9 @@ impl Runner {
     }
 
     /// Ends the interval solved last without an impact. The bodies are at its end.
-    fn go_on<M: MultibodyModel + ?Sized>(
+    fn go_on(
         &mut self,
-        model: &M,
+        model: &dyn MultibodyModel,
         context: &Context,
         elapsed: f64,
         cluster: &mut Cluster,

@@ -122,9 +122,9 @@ fn nearest(all: impl IntoIterator<Item = Closing>) -> Option<Closing> {
 
 impl Runner {
     /// The first pair to close on the path of the interval, and the time until then.
-    pub(super) fn next<M: MultibodyModel + ?Sized>(
+    pub(super) fn next(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         context: &Context,
     ) -> Result<Option<(Pair, f64)>, StepError> {
         let mut pairs: Vec<Pair> = Vec::new();
@@ -160,9 +160,9 @@ impl Runner {
     ///
     /// Contacts that overlap from the start close as soon as they stop opening. They become the `standing`
     /// ones of the pair: the first of its other contacts to close is found however deep they are.
-    pub(super) fn locate<M: MultibodyModel + ?Sized>(
+    pub(super) fn locate(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         context: &Context,
         pair: &mut Pair,
     ) -> Result<Option<f64>, StepError> {
@@ -229,9 +229,9 @@ impl Runner {
 
     /// The contacts of a pair at `time` on the path of the interval that may close; and a lower bound of
     /// its distance \[m\], if there is one.
-    fn contacts_at<M: MultibodyModel + ?Sized>(
+    fn contacts_at(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         context: &Context,
         pair: &Pair,
         time: f64,
@@ -284,9 +284,9 @@ impl Runner {
     /// `time` is that on the path of the whole rest. The shorter interval up to it has another
     /// path, unless the bodies fly: Newton's method corrects the time until the surfaces touch.
     #[allow(clippy::too_many_arguments)] // the state of one search
-    pub(super) fn seek<M: MultibodyModel + ?Sized>(
+    pub(super) fn seek(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         solver: &mut IslandSolver,
         context: &Context,
         rules: &Rules,
@@ -335,9 +335,9 @@ impl Runner {
 
     /// Detects the contacts of the instant at the present configuration. Returns the nearest one of
     /// `pair` that closes.
-    fn closing<M: MultibodyModel + ?Sized>(
+    fn closing(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         context: &Context,
         pair: &Pair,
     ) -> Result<Option<Closing>, StepError> {

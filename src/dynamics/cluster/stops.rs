@@ -31,9 +31,9 @@ impl Runner {
     /// Steps the bodies from `here` to the end of a slide, first to the time of its `guess`; leaves them at
     /// the midpoint of that interval.
     #[allow(clippy::too_many_arguments)] // the state of one search
-    pub(super) fn stop<M: MultibodyModel + ?Sized>(
+    pub(super) fn stop(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         solver: &mut IslandSolver,
         context: &Context,
         rules: &Rules,

@@ -30,9 +30,9 @@ impl Runner {
     }
 
     /// Steps the bodies from `here` by a part of the rest; leaves them at its midpoint.
-    pub(super) fn part<M: MultibodyModel + ?Sized>(
+    pub(super) fn part(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         solver: &mut IslandSolver,
         context: &Context,
         rules: &Rules,

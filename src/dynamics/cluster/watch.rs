@@ -12,9 +12,9 @@ use crate::dynamics::settings::StepError;
 
 impl Runner {
     /// Whether a pair of the trial meets that has no deferred contact. Of `bodies`, those that move.
-    pub fn meets<M: MultibodyModel + ?Sized>(
+    pub fn meets(
         &mut self,
-        model: &mut M,
+        model: &mut dyn MultibodyModel,
         context: &Context,
         surfaces: [u32; 2],
         bodies: &[u32],
