@@ -137,14 +137,17 @@ impl Runner {
                 None => pairs.push(Pair::of(contact, guess)),
             }
         }
+        // others are not followed beyond the first to close
+        pairs.sort_by(|a, b| a.guess.total_cmp(&b.guess));
         for pair in &mut pairs {
             pair.speed = self.speed_of(pair.surfaces);
         }
         pairs.extend(self.watched(context));
         let mut first: Option<(Pair, f64)> = None;
         for mut pair in pairs {
-            if let Some(time) = self.locate(model, context, &mut pair)?
-                && first.as_ref().is_none_or(|(_, earliest)| time < *earliest)
+            let until = first.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
+            if let Some(time) = self.locate(model, context, &mut pair, until)?
+                && time < until
             {
                 first = Some((pair, time));
             }
@@ -152,7 +155,8 @@ impl Runner {
         Ok(first)
     }
 
-    /// The time at which a pair closes on the path of the interval. Advances by no more than the bound of
+    /// The time at which a pair closes on the path of the interval; `None` if it does not, or not before `until`.
+    /// Advances by no more than the bound of
     /// its distance allows, and uses Newton's method within that, on detected gaps.
     ///
     /// The parabola that gives the first guess assumes a straight normal. Only detection sees curved or
@@ -165,6 +169,7 @@ impl Runner {
         model: &mut dyn MultibodyModel,
         context: &Context,
         pair: &mut Pair,
+        until: f64,
     ) -> Result<Option<f64>, StepError> {
         let end = self.interval.length;
         let last = end - LAST * context.dt;
@@ -203,13 +208,16 @@ impl Runner {
                 true => closed = Some(time),
                 false => open = time,
             }
+            let free = pair
+                .speed
+                .map_or(0.0, |speed| bound.unwrap_or(0.0).max(0.0) / speed);
+            if open + if closed.is_none() { free } else { 0.0 } >= until {
+                return Ok(None);
+            }
             let limit = match (closed, pair.speed) {
                 (Some(closed), _) => closed,
                 (None, _) if time == end => return Ok(None),
-                (None, Some(speed)) => {
-                    let free = bound.unwrap_or(0.0).max(0.0) / speed;
-                    (open + free + STRIDE * end).min(end)
-                }
+                (None, Some(_)) => (open + free + STRIDE * end).min(end),
                 (None, None) => end,
             };
             // of a straight path the guess is exact

@@ -28,7 +28,7 @@ impl Runner {
             .into_iter()
             .find(|p| p.surfaces == surfaces);
         let time = match pair {
-            Some(mut pair) => self.locate(model, context, &mut pair)?,
+            Some(mut pair) => self.locate(model, context, &mut pair, f64::INFINITY)?,
             None => None,
         };
         self.place_all(model, &middle);
