@@ -9,10 +9,12 @@
 //! swept first, then a few times all.
 
 use super::model::{Detection, MultibodyModel};
+use super::overlapping::block_of;
 use super::record::StepRecord;
 use super::rules::{Rules, Span};
 use super::settings::StepError;
 use super::stepper::MoreauStepper;
+use crate::contact::Vec2;
 
 /// Most times that a step is solved again. What overlaps then is moved apart by the position pass.
 const ROUNDS: usize = 2;
@@ -42,6 +44,7 @@ impl MoreauStepper {
                 break;
             }
             let (interval, w) = (&mut self.interval, self.inverse_mass.as_slice());
+            let released = self.solution.deferred[interval.deferred.len()..].to_vec();
             let (first, contacts) = (interval.blocks.len(), &mut interval.detection.contacts);
             let from = contacts.len();
             // the same corner may be found again where it is now: a contact of its own
@@ -65,8 +68,22 @@ impl MoreauStepper {
             warm.for_each(|(warm, solved)| *warm = *solved);
             interval.driven_from = Some(first as u32);
             self.solve(rules, dt)?;
+            self.release_again(&released);
         }
         self.interval.driven_from = None;
         Ok(())
+    }
+
+    /// Defers lone contacts that were `released` before the last solve. Where their islands have kept their solution,
+    /// that is one without them.
+    fn release_again(&mut self, released: &[usize]) {
+        let solution = &mut self.solution;
+        let idle = |index: usize| {
+            let block = block_of(index, &self.interval);
+            block.is_none_or(|i| solution.impulses[i] == Vec2::zeros())
+        };
+        let again = |index: &usize| !solution.deferred.contains(index) && idle(*index);
+        let again: Vec<usize> = released.iter().copied().filter(again).collect();
+        solution.deferred.extend(again);
     }
 }

@@ -258,7 +258,7 @@ pub(super) fn limits(
 
 /// The block of a contact of the detection. Blocks have the order of the contacts, followed by the
 /// joints.
-fn block_of(index: usize, interval: &Interval) -> Option<usize> {
+pub(super) fn block_of(index: usize, interval: &Interval) -> Option<usize> {
     let of = |source| match source {
         Source::Contact(index) => index,
         Source::Joint(_) => usize::MAX,
