@@ -24,6 +24,14 @@ impl Asked {
         });
     }
 
+    /// Whether row `i` asks for a displacement.
+    pub fn moves(&self, i: usize) -> bool {
+        match self.laws[i] {
+            Law::Contact { .. } => self.free[i].x < 0.0,
+            _ => self.free[i] != Vec2::zeros(),
+        }
+    }
+
     /// Removes all rows.
     pub fn clear(&mut self) {
         self.rows.clear();

@@ -2,9 +2,9 @@
 //! too late.
 
 use super::asked::Asked;
+use super::displacements::displacements;
 use super::interval::{Interval, movable, side_velocities};
 use super::model::{JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
-use super::recovery::displacements;
 use super::solution::Solution;
 use super::solve::IslandSolver;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};

@@ -52,6 +52,7 @@ mod crowd;
 mod cut_links;
 mod debts;
 mod deep_impacts;
+mod displacements;
 mod driven;
 mod ends;
 mod energy_bound;

@@ -3,35 +3,20 @@
 use super::asked::Asked;
 use super::contact_cache::Overlaps;
 use super::crowd::overlaps as crowd_overlaps;
+use super::displacements::displacements;
 use super::ends::{Ends, is_exempt};
 use super::interval::{Interval, movable};
-use super::island_problem::LARGE;
-use super::islands::Islands;
 use super::midpoint_gaps::{STRIDE, opening};
 use super::model::{JointKind, NormalLaw};
 use super::overlapping::{landed, limits, share, slop, turned};
 use super::pair_set::PairSet;
 use super::solution::Solution;
 use super::solve::IslandSolver;
-use crate::contact::{
-    BodyOperator, ContactProblem, Delassus, Law, LocalBodies, NO_BODY, Rows, Vec2, Vec3,
-};
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
 /// Relative residual at which the displacements of a step count as solved: a micrometre per metre
 /// of displacement. A share of the overlap is left for the next step anyway.
 const ENOUGH: f64 = 1e-6;
-
-/// Largest displacement of a body, as a multiple of the sum of what an island has to correct: in a row of bodies
-/// the last one may have to make room for all overlaps. Between walls that are off parallel by less than half a
-/// degree (1) has solutions that are farther away: a box that a piston presses into a wall would go up by a
-/// tenth of its size in each step, as its sides are off by 1e-4 rad.
-const FARTHEST: f64 = 100.0;
-
-/// Compliance of the rows of (1) in [`part_overlaps`] if (1) has no solution, or none is found, as a
-/// share of their own inverse mass. The first is for rows that ask for a displacement, which may get
-/// only a part of it. The second is for all other rows, which must hardly be violated.
-const ASKED_COMPLIANCE: f64 = 1.0;
-const OTHER_COMPLIANCE: f64 = 1e-4;
 
 /// Displacements that move overlapped pairs apart after the step of `interval`. Pairs without
 /// overlap are then removed from `overlaps`.
@@ -52,11 +37,11 @@ const OTHER_COMPLIANCE: f64 = 1e-4;
 /// times the overlap. All displacements of an island are therefore scaled down by the same factor,
 /// so that no body moves farther than a tenth of its size.
 ///
-/// If (1) has no solution, or none within [`FARTHEST`], for example for a body wedged between walls, it is
+/// If (1) has no solution, or none within [`FARTHEST`](super::displacements::FARTHEST), for example for a body wedged between walls, it is
 /// regularised: its rows get `R P_N` on the left, with a large `R` for rows that ask for a displacement and
 /// a very small one for all others. The body then moves to where it overlaps the walls least.
 ///
-/// Zero displacements may solve (1) to its tolerance, [`ENOUGH`] of the widest gap of the island. A pair
+/// Zero displacements may solve (1) to its tolerance, [`ENOUGH`] of the widest gap that takes part. A pair
 /// with an excess of at most a slop that they leave where it is needs no further step either: until it
 /// overlaps by the trigger of [`limits`] again.
 pub(super) fn part_overlaps(
@@ -162,129 +147,6 @@ pub(super) fn part_overlaps(
     overlaps.open.retain(|pair| needed.contains(pair));
     overlaps.late.retain(|pair| needed.contains(pair));
     moves
-}
-
-/// Solves (1) of [`part_overlaps`] to `tolerance` on every island with overlaps. See [`within`] for
-/// `stride`. If `wedged` is set, the problems of large islands are regularised at once.
-pub(super) fn displacements(
-    Asked { rows, free, laws }: &Asked,
-    inverse_mass: &[Vec3],
-    solver: &mut IslandSolver,
-    tolerance: f64,
-    (stride, wedged): (f64, &mut bool),
-) -> Vec<(u32, Vec3)> {
-    let mut moved = vec![Vec3::zeros(); inverse_mass.len()];
-    let mut islands = Islands::default();
-    islands.build(inverse_mass.len(), rows.iter().map(|r| r.bodies));
-    let mut local = LocalBodies::default();
-    for k in 0..islands.len() {
-        let members = islands.blocks(k);
-        let moves = |i: &&u32| match laws[**i as usize] {
-            Law::Contact { .. } => free[**i as usize].x < 0.0,
-            _ => free[**i as usize] != Vec2::zeros(),
-        };
-        if !members.iter().any(|i| moves(&i)) {
-            continue;
-        }
-        let of = |i: &u32| *i as usize;
-        let mut op = BodyOperator::default();
-        local.operator(members, |i| rows[i], inverse_mass, &mut op);
-        let mut problem = ContactProblem {
-            operator: Delassus::Bodies(op),
-            free: members.iter().map(|i| free[of(i)]).collect(),
-            laws: members.iter().map(|i| laws[of(i)]).collect(),
-        };
-        let mut push = vec![Vec2::zeros(); members.len()];
-        let own = solver.worker.solver.as_mut();
-        let large = members.len() > LARGE;
-        let mut solved = !(large && *wedged) && own.solve(&problem, &mut push, tolerance).solved();
-        let pushed: Vec<bool> = (problem.free.iter().zip(&problem.laws))
-            .map(|(b, law)| matches!(law, Law::Contact { .. }) && b.x < 0.0)
-            .collect();
-        let asked: f64 = members
-            .iter()
-            .filter(moves)
-            .map(|i| free[of(i)].norm())
-            .sum();
-        let mut d = displaced(&problem, &push);
-        let far = farthest(&d) > FARTHEST * asked;
-        // contradictory walls have no solution, or none near by
-        if (!solved || far) && pushed.contains(&true) {
-            *wedged |= large;
-            regularise(&mut problem, |i| {
-                if pushed[i] {
-                    ASKED_COMPLIANCE
-                } else {
-                    OTHER_COMPLIANCE
-                }
-            });
-            push.fill(Vec2::zeros());
-            solved = own.solve(&problem, &mut push, tolerance).solved();
-            d = displaced(&problem, &push);
-        }
-        if solved && let Delassus::Bodies(op) = &problem.operator {
-            let share = within(stride, &op.rows, &d);
-            for (body, d) in local.bodies.iter().zip(&d) {
-                moved[*body as usize] = d * share;
-            }
-        }
-    }
-    let some = |(_, d): &(u32, Vec3)| *d != Vec3::zeros();
-    (0..).zip(moved).filter(some).collect()
-}
-
-/// Displacements of the bodies of a problem by its impulses.
-fn displaced(problem: &ContactProblem, push: &[Vec2]) -> Vec<Vec3> {
-    let Delassus::Bodies(op) = &problem.operator else {
-        return Vec::new();
-    };
-    let mut d = vec![Vec3::zeros(); op.inverse_mass.len()];
-    for (rows, p) in op.rows.iter().zip(push) {
-        rows.push(*p, &op.inverse_mass, &mut d);
-    }
-    d
-}
-
-/// The largest distance that a body goes \[m\].
-fn farthest(displacements: &[Vec3]) -> f64 {
-    let ways = displacements.iter().map(|d| d.xy().norm());
-    ways.fold(0.0, f64::max)
-}
-
-/// Gives the rigid contacts of a problem `ξ_N + R P_N` in place of `ξ_N`, with
-/// `R = compliance_of(i) · G_NN`. Every problem then has a solution, and it is bounded.
-fn regularise(problem: &mut ContactProblem, compliance_of: impl Fn(usize) -> f64) {
-    for i in 0..problem.len() {
-        let block = problem.operator.diagonal(i);
-        if let Law::Contact { compliance, .. } = &mut problem.laws[i]
-            && *compliance == 0.0
-        {
-            *compliance = compliance_of(i) * block[(0, 0)];
-        }
-    }
-}
-
-/// Largest factor, up to 1, of an island's displacements `moved` with which no body moves farther
-/// than `stride` times its size: the distance of its farthest contact from its centre.
-fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
-    let mut size = vec![0.0f64; moved.len()];
-    for Rows { bodies, jacobian } in rows {
-        for (body, [n, t]) in bodies.iter().zip(jacobian) {
-            if let Some(size) = size.get_mut(*body as usize) {
-                *size = size.max(n.z.hypot(t.z));
-            }
-        }
-    }
-    let share = |(size, d): (&f64, &Vec3)| {
-        let way = d.xy().norm() + d.z.abs() * size;
-        // a body without a lever, such as a coordinate, has no size
-        if size * way > 0.0 {
-            stride * size / way
-        } else {
-            1.0
-        }
-    };
-    size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
 #[cfg(test)]
