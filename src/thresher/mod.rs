@@ -19,7 +19,7 @@
 //! its speed in place of the ideal motor.
 //!
 //! `run thresher-grains` holds 1065 grains at once in the mean: every contact problem is certified. New teeth
-//! take 20 N m, a seventh of the measured 146 N m to which the strip is calibrated;
+//! take 18 N m, an eighth of the measured 146 N m to which the strip is calibrated;
 //! [`crate::guide::study_findings`] says why. Grains predict no torque of this machine.
 //!
 //! # What the hours depend on
