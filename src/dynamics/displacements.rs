@@ -200,3 +200,37 @@ fn within(stride: f64, sizes: impl Iterator<Item = f64>, moved: &[Vec3]) -> f64 
     };
     sizes.zip(moved).map(share).fold(1.0, f64::min)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::Auto;
+
+    /// A body between a lid and a heavy one beside it is to go 1 mm along (0.995, 0.1): 9.1 mm upwards if the lid, which
+    /// is farther away than 1 mm, is forgotten.
+    #[test]
+    fn a_contact_that_the_displacements_reach_takes_part() {
+        let inverse_mass = [Vec3::new(1.0, 1.0, 0.0), Vec3::new(1e-3, 1e-3, 0.0)];
+        let mut asked = Asked::default();
+        let mut add = |body: u32, x: f64, y: f64, other: Vec3, gap: f64| {
+            let jacobian = [
+                [Vec3::new(x, y, 0.0), Vec3::zeros()],
+                [other, Vec3::zeros()],
+            ];
+            let bodies = [0, body];
+            asked.contact(Rows { bodies, jacobian }, gap, 0.0);
+        };
+        add(NO_BODY, 0.995, 0.1, Vec3::zeros(), -1e-3);
+        add(1, -1.0, 0.0, Vec3::x(), 0.0);
+        add(NO_BODY, 0.0, -1.0, Vec3::zeros(), 5e-3);
+        let mut solver = IslandSolver::new(Box::new(Auto::default()), 1e-10);
+        let way = (f64::INFINITY, &mut false);
+        let moves = displacements(&asked, &inverse_mass, &mut solver, 1e-10, way);
+        let right = 5e-4 / 0.995;
+        let exact = [Vec3::new(right, 5e-3, 0.0), Vec3::new(right, 0.0, 0.0)];
+        for ((body, d), exact) in moves.iter().zip(exact) {
+            assert!((d - exact).norm() < 1e-9, "body {body}: {d}, not {exact}");
+        }
+        assert_eq!(moves.len(), 2);
+    }
+}
