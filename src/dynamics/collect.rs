@@ -111,6 +111,7 @@ impl Interval {
         span: Span,
         from: usize,
     ) {
+        self.later = self.later.or(Some(from));
         let contacts = &self.detection.contacts;
         let choices = Choices {
             rules,

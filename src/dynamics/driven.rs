@@ -9,7 +9,6 @@
 //! swept first, then a few times all.
 
 use super::model::{Detection, MultibodyModel};
-use super::overlapping::block_of;
 use super::record::StepRecord;
 use super::rules::{Rules, Span};
 use super::settings::StepError;
@@ -79,7 +78,7 @@ impl MoreauStepper {
     fn release_again(&mut self, released: &[usize]) {
         let solution = &mut self.solution;
         let idle = |index: usize| {
-            let block = block_of(index, &self.interval);
+            let block = self.interval.block_of(index);
             block.is_none_or(|i| solution.impulses[i] == Vec2::zeros())
         };
         let again = |index: &usize| !solution.deferred.contains(index) && idle(*index);

@@ -96,6 +96,8 @@ pub(super) struct Interval {
     pub ahead: FxHashMap<ContactKey, Vec2>,
     /// The first block of the contacts of [`super::driven`], if it is solved again with these.
     pub driven_from: Option<u32>,
+    /// The first of the contacts whose blocks come behind those of the joints: see [`Interval::collect_more`].
+    pub later: Option<usize>,
     /// What threads collect, kept to reuse its memory.
     pub parts: Vec<Collected>,
 }
@@ -222,6 +224,21 @@ impl Interval {
         self.rebounding.clear();
         self.passed_limits.clear();
         self.driven_from = None;
+        self.later = None;
+    }
+
+    /// The block of a contact of the detection, if it has one.
+    pub fn block_of(&self, contact: usize) -> Option<usize> {
+        let is_later = |contact| self.later.is_some_and(|later| contact >= later);
+        let order = |source| match source {
+            Source::Contact(contact) => (is_later(contact), contact),
+            Source::Joint(_) => (false, usize::MAX),
+        };
+        let wanted = order(Source::Contact(contact));
+        (self
+            .blocks
+            .binary_search_by_key(&wanted, |b| order(b.source)))
+        .ok()
     }
 
     /// Identifies a block from step to step.

@@ -2,7 +2,7 @@
 
 use super::contact_cache::Overlaps;
 use super::ends::{Ends, is_exempt};
-use super::interval::{Interval, Source, movable};
+use super::interval::{Interval, movable};
 use super::midpoint_gaps::{STRIDE, least_size, opening};
 use super::model::{ContactPoint, Detection, ModelError, NormalLaw};
 use super::pair_set::KnownPairs;
@@ -140,7 +140,7 @@ pub(super) fn find_late(
         if -(contact.gap + opening) <= trigger {
             continue;
         }
-        let block = block_of(index, interval);
+        let block = interval.block_of(index);
         // on a path of located impacts a contact may open up to one of them, and stay
         let parting = interval.length * contact.rows.velocity(&solution.end).x + turned;
         let parts = parting > -share(interval.length) * contact.gap;
@@ -209,7 +209,9 @@ pub(super) fn share(dt: f64) -> f64 {
 pub(super) fn landed((index, contact): (usize, &ContactPoint), interval: &Interval) -> bool {
     let came = -interval.length * contact.rows.velocity(&interval.start).x;
     -contact.gap < came + slop(contact, interval)
-        && block_of(index, interval).is_some_and(|i| !interval.blocks[i].continues)
+        && interval
+            .block_of(index)
+            .is_some_and(|i| !interval.blocks[i].continues)
 }
 
 /// Overlaps \[m\] of a late pair: the trigger above which it is moved apart, and the slop down to
@@ -240,7 +242,7 @@ pub(super) fn limits(
     };
     let ends = [speed(&interval.start), speed(&solution.end)];
     if ends[0].max(ends[1]) > slow {
-        let block = index.and_then(|index| block_of(index, interval));
+        let block = index.and_then(|index| interval.block_of(index));
         let block = block.map(|i| &interval.blocks[i]);
         let held = block.map_or(0.0, |block| block.held[0].max(block.held[1]));
         let large = || LARGE_OVERLAP * least_size(&contact.rows, inverse_mass);
@@ -256,17 +258,6 @@ pub(super) fn limits(
     [TRIGGER_AT_REST * slop_at_rest, slop_at_rest]
 }
 
-/// The block of a contact of the detection. Blocks have the order of the contacts, followed by the
-/// joints.
-pub(super) fn block_of(index: usize, interval: &Interval) -> Option<usize> {
-    let of = |source| match source {
-        Source::Contact(index) => index,
-        Source::Joint(_) => usize::MAX,
-    };
-    let blocks = &interval.blocks;
-    blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
-}
-
 /// What the turning of its rows adds \[m\] to the [`opening`] of a contact that [sinks](super::rules::Situation). On
 /// a `path` of located impacts it is not known.
 pub(super) fn turned(
@@ -279,7 +270,7 @@ pub(super) fn turned(
     if path.is_some_and(|path| normal(path) != normal(&solution.end)) {
         return 0.0;
     }
-    let block = block_of(index, interval).map(|i| &interval.blocks[i]);
+    let block = interval.block_of(index).map(|i| &interval.blocks[i]);
     let turning = block.filter(|b| b.sinks).and_then(|b| b.turning);
     turning.map_or(0.0, |c| 0.5 * c.x * interval.length * interval.length)
 }

@@ -37,9 +37,9 @@ const ENOUGH: f64 = 1e-6;
 /// times the overlap. All displacements of an island are therefore scaled down by the same factor,
 /// so that no body moves farther than a tenth of its size.
 ///
-/// If (1) has no solution, or none within [`FARTHEST`](super::displacements::FARTHEST), for example for a body wedged between walls, it is
-/// regularised: its rows get `R P_N` on the left, with a large `R` for rows that ask for a displacement and
-/// a very small one for all others. The body then moves to where it overlaps the walls least.
+/// If (1) has no solution, or none within [`FARTHEST`](super::displacements::FARTHEST), for example for a body
+/// wedged between walls, it is regularised: its rows get `R P_N` on the left, with a large `R` for rows that ask
+/// for a displacement and a very small one for all others. The body then moves to where it overlaps the walls least.
 ///
 /// Zero displacements may solve (1) to its tolerance, [`ENOUGH`] of the widest gap that takes part. A pair
 /// with an excess of at most a slop that they leave where it is needs no further step either: until it
@@ -58,7 +58,7 @@ pub(super) fn part_overlaps(
     if overlaps.is_empty() {
         return Vec::new();
     }
-    let (dt, share) = (interval.length, share(interval.length));
+    let share = share(interval.length);
     let mut asked = Asked::default();
     let (mut open, mut late) = (PairSet::default(), PairSet::default());
     let (mut needed, mut little) = (PairSet::default(), Vec::new());
@@ -127,15 +127,7 @@ pub(super) fn part_overlaps(
     if overlaps.is_empty() {
         return Vec::new();
     }
-    for joint in &interval.detection.joints {
-        // a limit may move by its remaining gap; all other joint rows must not move
-        let gap = match joint.kind {
-            JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&solution.end).x).max(0.0),
-            _ => 0.0,
-        };
-        let bodies = movable(joint.rows.bodies, inverse_mass);
-        asked.joint(joint, bodies, Vec2::new(gap, 0.0), inverse_mass);
-    }
+    ask_joints(&mut asked, interval, solution, inverse_mass);
     let tolerance = solver.tolerance.max(ENOUGH);
     let way = (STRIDE, &mut wedged);
     let moves = displacements(&asked, inverse_mass, solver, tolerance, way);
@@ -147,6 +139,19 @@ pub(super) fn part_overlaps(
     overlaps.open.retain(|pair| needed.contains(pair));
     overlaps.late.retain(|pair| needed.contains(pair));
     moves
+}
+
+/// Adds the rows of the joints. A limit may move by its remaining gap; all others must not move.
+fn ask_joints(asked: &mut Asked, interval: &Interval, solution: &Solution, inverse_mass: &[Vec3]) {
+    for joint in &interval.detection.joints {
+        let opening = interval.length * joint.rows.velocity(&solution.end).x;
+        let gap = match joint.kind {
+            JointKind::Limit { gap } => (gap + opening).max(0.0),
+            _ => 0.0,
+        };
+        let bodies = movable(joint.rows.bodies, inverse_mass);
+        asked.joint(joint, bodies, Vec2::new(gap, 0.0), inverse_mass);
+    }
 }
 
 #[cfg(test)]

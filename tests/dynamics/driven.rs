@@ -97,3 +97,60 @@ fn who_is_pushed_past_no_corner_goes_on() {
     };
     assert!(scene(true) == scene(false) && scene(true).x > 2.9);
 }
+
+/// The states of `bodies` of a scene over twelve steps.
+fn path(text: &str, bodies: std::ops::Range<usize>) -> Vec<[f64; 6]> {
+    let mut built = parse(text).build().unwrap();
+    let mut path = Vec::new();
+    simulate(&mut built, Engine::Moreau, 12, |_, built| {
+        for (pose, u) in bodies.clone().map(|k| built.state(k).unwrap()) {
+            let x = pose.translation;
+            path.push([x.x, x.y, pose.sin, u.x, u.y, u.z]);
+        }
+        Ok(())
+    })
+    .unwrap();
+    path
+}
+
+/// Bug: a lone landing that was to be located was forgotten where the step was solved again for others: the disc
+/// went on into the plate.
+#[test]
+fn a_lone_landing_elsewhere_is_located_as_ever() {
+    // in the second step, in which boxes are driven most often, they land too slowly to be deferred at once
+    let (radius, step, gravity) = (5e-4, 1.0 / 60.0, 10.0);
+    let mut far = "[[material]]\nname = \"bouncy\"\nrestitution = 0.05\n[[body]]\nname = \"plate\"\nkind = \"fixed\"\n\
+                   box = [4, 1]\nposition = [50, -0.5]\nmaterial = \"bouncy\"\n"
+        .to_owned();
+    for k in 0..4 {
+        let speed = gravity * step - (0.02 + 0.0015 * f64::from(k));
+        far += &format!(
+            "[[body]]\nname = \"d{k}\"\ndisc = {radius}\nmaterial = \"bouncy\"\nposition = [{:?}, {:?}]\n\
+             velocity = [0, {speed:?}]\n",
+            50.0 + 0.1 * f64::from(k),
+            radius + 1e-5 - step * (speed - 0.5 * gravity * step),
+        );
+    }
+    for seed in 0..20 {
+        let boxes = pushed(seed).replace("y = 0\n", &format!("y = -{gravity}\n"));
+        let (head, _) = boxes.split_once("[[body]]").unwrap();
+        let alone = path(&format!("{head}{far}"), 1..5);
+        assert_eq!(path(&format!("{boxes}{far}"), 4..8), alone, "{seed}");
+    }
+}
+
+/// Bug: where a scene has joints, the contacts that a solution drives bodies into were taken for free ones.
+#[test]
+fn joints_elsewhere_change_nothing() {
+    let far = "[[body]]\nname = \"post\"\nkind = \"fixed\"\ndisc = 0.1\nposition = [50, 0]\n\
+               [[body]]\nname = \"arm\"\nbox = [1, 0.1]\nposition = [50.5, 0]\n\
+               [[joint]]\nkind = \"revolute\"\nbodies = [\"post\", \"arm\"]\nat = [50, 0]\n";
+    for seed in 0..300 {
+        let boxes = pushed(seed);
+        assert_eq!(
+            path(&format!("{boxes}{far}"), 0..3),
+            path(&boxes, 0..3),
+            "{seed}"
+        );
+    }
+}

@@ -156,8 +156,8 @@ impl Runner {
     }
 
     /// The time at which a pair closes on the path of the interval; `None` if it does not, or not before `until`.
-    /// Advances by no more than the bound of
-    /// its distance allows, and uses Newton's method within that, on detected gaps.
+    /// Advances by no more than the bound of its distance allows, and uses Newton's method within that, on
+    /// detected gaps.
     ///
     /// The parabola that gives the first guess assumes a straight normal. Only detection sees curved or
     /// rotating surfaces, corners, and normals that flip in an overlap.
@@ -208,10 +208,12 @@ impl Runner {
                 true => closed = Some(time),
                 false => open = time,
             }
-            let free = pair
-                .speed
-                .map_or(0.0, |speed| bound.unwrap_or(0.0).max(0.0) / speed);
-            if open + if closed.is_none() { free } else { 0.0 } >= until {
+            // the time that the bound of the distance leaves free after `open`
+            let free = match (closed, pair.speed) {
+                (None, Some(speed)) => bound.unwrap_or(0.0).max(0.0) / speed,
+                _ => 0.0,
+            };
+            if open + free >= until {
                 return Ok(None);
             }
             let limit = match (closed, pair.speed) {
