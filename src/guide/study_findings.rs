@@ -70,8 +70,8 @@
 //! | gravity, feeder, stored | 0.1 | 6.9 |
 //! | left over | 0.00 | by difference |
 //!
-//! The grains are means of nine runs, two seeds with steps of 5 to 15 us. One run tells the torque to 1.3 N m (their
-//! standard deviation; 15.9 to 20.1, no trend with the step): the layer changes slowly, and two revolutions are few.
+//! The grains are means of nine runs of two revolutions, two seeds with steps of 5 to 15 us. One such run tells the
+//! torque to 1.3 N m (their standard deviation; 15.9 to 20.1, no trend with the step).
 //!
 //! The layer does lie below the tips: as a solid it would be 6.7 mm deep in a gap of 16 to 8 mm, 12 % of the grains
 //! above the concave reach within the circle of the tips, and 42 % of those that leave have met a tooth.
