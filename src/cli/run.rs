@@ -332,6 +332,7 @@ fn notes(scene: &Scene, totals: &Totals, found: &[Measure]) -> Vec<String> {
         notes.push(why.to_owned());
     }
     notes.extend(scene.side_warnings());
+    notes.extend(scene.start_warnings());
     notes
 }
 

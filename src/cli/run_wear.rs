@@ -8,13 +8,16 @@ use crate::experiment::{Engine, Judge, RunError, Verdict, WearOutcome};
 use crate::report::{
     Align, Lead, OutputFolder, Progress, Stage, Table, number, quantity, write_rows,
 };
-use crate::scene::Scene;
+use crate::scene::{Scene, Shape};
 use crate::thresher::{ProfileRow, WearRow, depth_per_cell, worn_profile};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 /// Share of the load at open contacts above which a run says so: what a settled contact has is less.
 const OPEN_LOAD: f64 = 0.01;
+
+/// Turn \[rad\] of an outline from which on it has a corner.
+const SHARP: f64 = 1.0;
 
 /// The part of `summary.json` that a run with wear writes.
 #[derive(Serialize)]
@@ -108,7 +111,7 @@ pub(super) fn run(
         write(&folder, scene, &found)?;
     }
     let verdict = judge.verdict(&found.totals, &built);
-    let notes = notes(&found);
+    let notes = notes(scene, &found);
     let worn = bodies(scene, &found);
     let inputs = run_inputs::run(args, scene, None, &folder, &json!({ "wear": worn }))?;
     if let Some(inputs) = inputs.as_ref().filter(|_| !args.summary_only) {
@@ -174,7 +177,7 @@ fn wear_lead(scene: &Scene, found: &WearOutcome, more: &Found, states: &[BodySta
     lead
 }
 
-fn notes(found: &WearOutcome) -> Vec<String> {
+fn notes(scene: &Scene, found: &WearOutcome) -> Vec<String> {
     let mut notes = summary::warnings(&found.totals);
     if found.compliance {
         notes.push(
@@ -198,11 +201,35 @@ fn notes(found: &WearOutcome) -> Vec<String> {
                 "nothing slid under load on the edges of body {name} that wear: it did not wear"
             ));
         }
+        if has_worn_corners(scene, surface, found) {
+            notes.push(format!(
+                "{name} wears as a whole: its worn corners go inwards along their bisectors, and take the faces beside \
+                 them along, also those that nothing touches. `edges = [first, last]` lets the touched ones wear alone"
+            ));
+        }
     }
     if let Some(why) = &found.ended {
         notes.push(format!("the wear ended before its duration: {why}"));
     }
     notes
+}
+
+/// Whether a whole outline of flat faces has worn at a corner.
+fn has_worn_corners(scene: &Scene, surface: usize, found: &WearOutcome) -> bool {
+    let shape = &scene.bodies[scene.wear[surface].body].shape;
+    let faces = matches!(shape, Shape::Box { .. } | Shape::Polygon { .. });
+    let profile = found.state(surface).profile();
+    let (nodes, n) = (profile.nodes(), profile.node_count());
+    let depth = found.state(surface).depth();
+    let is_corner = |k: usize| {
+        let [before, here, after] = [k + n - 1, k, k + 1].map(|i| nodes[i % n]);
+        let (come, go) = (here - before, after - here);
+        // the solid is on the right
+        come.perp(&go) < 0.0 && come.angle(&go) > SHARP
+    };
+    // a mesh that has changed has other nodes than the first one has cells
+    let same = depth.len() == n;
+    faces && same && profile.is_ring() && (0..n).any(|k| depth[k] > 0.0 && is_corner(k))
 }
 
 fn bodies(scene: &Scene, found: &WearOutcome) -> Vec<WornBody> {

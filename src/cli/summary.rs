@@ -378,8 +378,8 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     }
     if t.cut > 0 {
         out.push(format!(
-            "{} times an island was stepped in parts: links under tension turn too far in a step; a \
-             shorter step costs as much and resolves the rest as well",
+            "{} times an island was stepped in parts: links under tension turn too far in a step, or many bodies \
+             hit each other that would have been left overlapped; a shorter step resolves the rest as well",
             t.cut
         ));
     }

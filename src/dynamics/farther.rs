@@ -29,7 +29,7 @@ impl MoreauStepper {
         let interval = &self.interval;
         let (start, end) = (&interval.start, &self.solution.end);
         let mut moved: Vec<(u32, Vec3)> = Vec::new();
-        for cluster in clusters.iter().filter(|cluster| cluster.located) {
+        for cluster in clusters.iter().filter(|cluster| cluster.is_bent()) {
             for (k, &body) in cluster.bodies.iter().enumerate() {
                 let middle = 0.5 * dt * start[body as usize];
                 let ways = cluster.path.iter().map(|(_, ways)| ways[k] - middle);

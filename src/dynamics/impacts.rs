@@ -19,7 +19,7 @@
 use super::contact_cache::Landing;
 use super::interval::{Interval, Source};
 use super::model::{ContactPoint, NormalLaw};
-use super::record::{ContactRecord, ContactStatus, ImpactRecord, StepRecord};
+use super::record::{ContactRecord, ContactStatus, ImpactRecord};
 use super::rules::applied_acceleration;
 use super::solution::Solution;
 use crate::contact::{Mat2, Rows, Vec2, Vec3};
@@ -402,10 +402,11 @@ fn resting_load(g: &Mat2, acceleration: Vec2, friction: f64, p: Vec2) -> Vec2 {
     }
 }
 
-/// Ends the landings of the last step with the impulses of this one.
+/// Ends the landings of the last step, or part of a step, with the impulses of the `contacts` of this one.
 pub(super) fn finish_landings(
     landings: &[Landing],
-    record: &mut StepRecord,
+    contacts: &[ContactRecord],
+    impacts: &mut Vec<ImpactRecord>,
     inverse_mass: &[Vec3],
 ) {
     if landings.is_empty() {
@@ -413,7 +414,7 @@ pub(super) fn finish_landings(
     }
     let known = Landings::new(landings, inverse_mass);
     let mut steps = vec![Vec::new(); landings.len()];
-    for contact in &record.contacts {
+    for contact in contacts {
         let found = known.find(&Place::of_record(contact), inverse_mass);
         if let Some(k) = found.filter(|_| contact.status != ContactStatus::Impact) {
             steps[k].push(contact);
@@ -425,6 +426,5 @@ pub(super) fn finish_landings(
     }
     // one that only bore the weight of its step was none
     let finished = landings.into_iter().map(|landing| landing.record);
-    let impacts = finished.filter(|impact| impact.impulse_n > 0.0);
-    record.impacts.extend(impacts);
+    impacts.extend(finished.filter(|impact| impact.impulse_n > 0.0));
 }

@@ -9,7 +9,7 @@
 //!   rebound needs the velocity that the first one leaves.
 //!
 //! Where such an overlap is no small part of a body, the bodies are stepped again by themselves, with their
-//! impacts located in time.
+//! impacts located in time, or in parts if they are many.
 
 use super::interval::{Interval, movable};
 use super::model::{ContactPoint, MultibodyModel};

@@ -289,7 +289,7 @@ pub struct StepRecord {
     /// step is too long for the spin of the bodies, or a joint was built with a gap.
     pub joints_capped: usize,
     /// Islands stepped in parts, because links under tension would have opened their pins or pressed into
-    /// what they turn about.
+    /// what they turn about, or because impacts of more than 32 bodies would have left them overlapped.
     pub cut: usize,
     /// Smallest gap \[m\] of two surfaces apart that may touch within the step.
     pub least_gap: Option<f64>,

@@ -30,8 +30,9 @@ impl Sweep {
 ///
 /// # Sweeps
 /// A contact that closes by more than half the thickness of a swept body in a step is located in
-/// time, as with [`super::settings::StepperSettings::events`]. All other contacts are treated as
-/// usual. So are those without rebound with fixed and kinematic bodies in a crowd of more than 32 bodies, linked by
+/// time, as with [`super::settings::StepperSettings::events`]. In clusters of more than 32 bodies that is so only if it
+/// closes by as much in a quarter of the step; else the cluster is stepped in four parts. All other contacts are treated
+/// as usual. So are those without rebound with fixed and kinematic bodies in a crowd of more than 32 bodies, linked by
 /// contacts that may close in the step, unless a body overlaps by more than half the thickness at the midpoint: the
 /// usual rule holds them as well, and a heap that is stepped again and again costs more and is left with more overlap.
 #[derive(Debug, Clone, Default, PartialEq)]

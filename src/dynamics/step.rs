@@ -447,6 +447,7 @@ impl MoreauStepper {
                 cuts,
                 late,
                 anew: false,
+                parts: 1.0,
                 rules: *rules,
                 inverse_mass: &self.inverse_mass,
                 origin: &self.origin,

@@ -117,7 +117,12 @@ impl MoreauStepper {
             }
         }
         solution.unclosed.sort_unstable();
-        finish_landings(&self.cache.landings, record, w);
+        finish_landings(
+            &self.cache.landings,
+            &record.contacts,
+            &mut record.impacts,
+            w,
+        );
         record.impacts.sort_by(|a, b| a.time.total_cmp(&b.time));
         record.energy.kinetic_end = kinetic(&solution.end, w);
         for link in &self.stiff {

@@ -372,6 +372,7 @@ fn expected(
 fn warnings(scene: &Scene, tried: &Tried, accuracy: &[Expected]) -> Vec<String> {
     let mut out = scene.step_warnings();
     out.extend(scene.side_warnings());
+    out.extend(scene.start_warnings());
     let dt = scene.step.dt;
     let position = accuracy.iter().find(|a| a.measure == "position");
     if let Some(found) = position.filter(|a| a.error > 0.0 && tried.way > 0.0) {

@@ -368,7 +368,7 @@
 //!
 //! A motor is `motor = { speed = 4, max_torque = 2 }` in a `[[joint]]`, a compliant surface
 //! `stiffness` and `damping` in a `[[material]]`. Cells and wear of an outline of one's own are the
-//! library's (step 8); files have them for the study's tooth only, `[tooth]`, `[wear]` and
-//! `[thresher]`.
+//! library's (step 8); a body of a file wears with `[[wear]]` ([`pin_on_disc`](super::pin_on_disc)), a machine with
+//! `[tooth]`, `[wear]` and `[thresher]`.
 //!
 //! [`SurfaceLaw`]: crate::rapier::SurfaceLaw

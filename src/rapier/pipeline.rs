@@ -64,7 +64,8 @@ pub struct MoreauSettings {
 /// The pipeline computes the time of impact of contacts that a body with `ccd_enabled` closes by
 /// more than half its thickness in a step; the other body may have the flag as well. For a fast
 /// body without the flag it does so against bodies that nothing moves, where rapier sweeps as well; in a heap of more
-/// than 32 bodies only where it rebounds, or would be deep in them by the middle of the step.
+/// than 32 bodies only where it rebounds, or would be deep in them by the middle of the step. Such heaps are stepped in
+/// four parts where that is fine enough.
 /// Every pair has soft prediction anyway. Speeds are not limited. A thin bar that turns by more
 /// than some 10 degrees a step can still pass through.
 ///

@@ -1,7 +1,7 @@
 //! Scenes: the scene file, its checks, and the catalogue.
 //!
-//! A scene file is TOML, in SI units and radians (degrees if a key ends in `_deg`). It needs only
-//! the keys that differ from the defaults. All keys are listed below; [`crate::thresher`] lists the
+//! A scene file is TOML, in SI units and radians (degrees in keys of a machine that end in
+//! `_deg`). It needs only the keys that differ from the defaults. All keys are listed below; [`crate::thresher`] lists the
 //! keys of the four blocks of a machine, which it reads. `[[wear]]`, of which there may be several, lets
 //! bodies wear ([`crate::guide::pin_on_disc`]); `[wear]` is a machine's. `[uncertain]` says within which bounds
 //! keys are known ([`crate::guide::uncertain_lives`]).
@@ -60,6 +60,7 @@ pub(crate) mod random;
 mod reader;
 mod sides;
 mod slabs;
+mod starts;
 mod time_scales;
 mod uncertain;
 mod wear;

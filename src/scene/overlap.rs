@@ -196,6 +196,16 @@ impl Overlaps {
         measured
     }
 
+    /// Pairs of bodies, the smaller number first, with pieces that overlapped at the first measurement, and how deep
+    /// \[m\].
+    pub fn at_start(&self) -> impl Iterator<Item = ([u32; 2], f64)> + '_ {
+        let body = |leaf: u32| self.leaves[leaf as usize].body;
+        let pair = move |(i, j)| [body(i).min(body(j)), body(i).max(body(j))];
+        self.least
+            .iter()
+            .map(move |(leaves, depth)| (pair(*leaves), *depth))
+    }
+
     /// The worst overlap that lasted for [`LASTING`], or for the whole of a shorter run, over the
     /// size of the smaller of its two bodies; and these bodies.
     pub fn lasting(&self) -> (f64, Option<[u32; 2]>) {

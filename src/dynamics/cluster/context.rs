@@ -10,6 +10,10 @@ use crate::dynamics::record::StepRecord;
 use crate::dynamics::rules::Rules;
 use crate::dynamics::solution::Solution;
 
+/// Equal parts in which a cluster of many bodies is stepped that would be left overlapped. Impacts leave overlaps of the
+/// way of the bodies in a part: more parts leave less, at as many solves of the cluster.
+pub(super) const PARTS: f64 = 4.0;
+
 /// Data that all clusters of a step share.
 #[derive(Clone, Copy)]
 pub(in crate::dynamics) struct Context<'a> {
@@ -25,6 +29,8 @@ pub(in crate::dynamics) struct Context<'a> {
     /// Whether all impacts of the cluster are located although the step is one without events: the trial of the
     /// whole step is then no start for it.
     pub anew: bool,
+    /// Number of equal parts in which a cluster is stepped at least.
+    pub parts: f64,
     pub rules: Rules,
     pub inverse_mass: &'a [Vec3],
     /// Configurations of all bodies at the start of the step.
@@ -41,6 +47,14 @@ impl Context<'_> {
         let mut own = *self;
         own.rules.events = true;
         own.anew = true;
+        own
+    }
+
+    /// For a large one: it is stepped in parts, and no impact is located.
+    pub fn in_parts(&self) -> Self {
+        let mut own = *self;
+        own.rules.sweeps = false;
+        own.parts = PARTS;
         own
     }
 }
@@ -61,6 +75,8 @@ pub(in crate::dynamics) struct Cluster {
     pub contacts: CachedContacts,
     /// Whether all its impacts were located.
     pub located: bool,
+    /// Whether it was stepped in parts, see [`Context::in_parts`].
+    pub in_parts: bool,
     /// Landings that take another step.
     pub landings: Vec<Landing>,
     /// Joints of the detection whose gaps the last interval left to be closed by position.
@@ -89,6 +105,11 @@ impl Rest {
 }
 
 impl Cluster {
+    /// Whether its path has bends within the step.
+    pub fn is_bent(&self) -> bool {
+        self.located || self.in_parts
+    }
+
     /// A cluster of these bodies, before it is stepped.
     pub fn of(bodies: Vec<u32>) -> Cluster {
         Cluster {
@@ -101,6 +122,7 @@ impl Cluster {
             record: StepRecord::default(),
             contacts: CachedContacts::default(),
             located: false,
+            in_parts: false,
             landings: Vec::new(),
             unclosed: Vec::new(),
             links: Vec::new(),

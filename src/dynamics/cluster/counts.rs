@@ -4,14 +4,14 @@ use crate::contact::NO_BODY;
 
 /// Most bodies of a cluster of which all impacts are located for a swept body that rebounds, or for its
 /// [`late_rebounds`](crate::dynamics::late_rebounds) or [`deep_impacts`](crate::dynamics::deep_impacts). The impacts,
-/// and the work of each, grow with the bodies; in larger ones the position pass moves apart what the rebounds leave.
+/// and the work of each, grow with the bodies; larger ones are stepped in [`PARTS`](super::context::PARTS).
 /// The break of a rack of fifteen balls is to be one of these: without it balls passed through each other.
 /// A crowd of more bodies is large, see [`find_plain`](crate::dynamics::events::find_plain).
 pub(in crate::dynamics) const LATE: usize = 32;
 
 /// Most intervals that are solved in a step without events in search of the impacts of clusters of more than
-/// [`LATE`] bodies, a swept body in a heap for instance: of all of them, and also before they meet other bodies and
-/// are stepped from the start again. The plain rule then steps the rest: a second thin body that the swept one hits in
+/// [`LATE`] bodies with something too fast for parts, a bullet shot into a heap for instance: of all of them, and also
+/// before they meet other bodies and are stepped from the start again. The plain rule then steps the rest: a second thin body that the swept one hits in
 /// the step may be passed, which the summary tells. A solve of 500 bodies takes some 0.2 s; with eight a step took up
 /// to 2.4 s, and bullets shot into heaps were stopped as often.
 pub(super) const SOLVES: usize = 4;

@@ -69,7 +69,7 @@ impl<'a> Paths<'a> {
     }
 
     fn is_located(&self, body: u32) -> bool {
-        self.cluster(body).is_some_and(|cluster| cluster.located)
+        self.cluster(body).is_some_and(Cluster::is_bent)
     }
 
     /// Whether two movable bodies are not of one cluster.
@@ -81,7 +81,7 @@ impl<'a> Paths<'a> {
     /// ascending.
     fn ends(&self, bodies: [u32; 2]) -> Vec<f64> {
         let clusters = bodies.iter().filter_map(|b| self.cluster(*b));
-        let clusters = clusters.filter(|cluster| cluster.located);
+        let clusters = clusters.filter(|cluster| cluster.is_bent());
         let mut ends: Vec<f64> = clusters
             .flat_map(|c| &c.path)
             .map(|(end, _)| *end)

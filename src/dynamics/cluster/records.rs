@@ -3,7 +3,7 @@
 use super::context::{Cluster, Context};
 use super::runner::Runner;
 use super::search::LAST;
-use crate::dynamics::impacts::find_impacts;
+use crate::dynamics::impacts::{find_impacts, finish_landings};
 use crate::dynamics::recording::{forces_work, record_interval, working_velocities};
 
 impl Runner {
@@ -20,9 +20,16 @@ impl Runner {
             0..interval.blocks.len(),
             working_velocities(interval, solution, w),
         );
+        let from = record.contacts.len();
         record_interval(interval, solution, all, &mean, time, record, cache);
+        // what lands in a part goes on in the next one
+        let before = match cluster.in_parts {
+            true => std::mem::take(&mut cluster.landings),
+            false => Vec::new(),
+        };
         let (impacts, landings) = (&mut record.impacts, &mut cluster.landings);
-        let landings = (&[][..], landings);
+        finish_landings(&before, &record.contacts[from..], impacts, w);
+        let landings = (before.as_slice(), landings);
         find_impacts(interval, solution, |_| true, w, time, impacts, landings);
         record.energy.forces += forces_work(interval, solution, w, |k| self.members[k]);
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {

@@ -105,7 +105,8 @@ impl Runner {
         let (mut elapsed, mut rules) = (0.0, context.rules);
         let located = context.rules.events;
         cluster.located = located;
-        self.large = !located && cluster.bodies.len() > LATE;
+        cluster.in_parts = context.parts > 1.0;
+        self.large = !located && cluster.bodies.len() > LATE && !cluster.in_parts;
         loop {
             if self.solves_left() == 0 {
                 rules = self.plainer(rules);
@@ -304,7 +305,8 @@ impl Runner {
         rest: Rest,
         [known, slides, cuts]: [bool; 3],
     ) -> Result<Option<(Next, f64)>, StepError> {
-        let part = part_length(&self.cuts, rest.length, context.dt);
+        let equal = (rest.length * context.parts / context.dt).round().max(1.0);
+        let part = part_length(&self.cuts, rest.length, context.dt).min(rest.length / equal);
         if part < rest.length {
             self.record.cut = 1;
             return Ok(Some((Next::Cut, part)));

@@ -78,3 +78,28 @@ fn a_chain_that_everything_starts_behind_is_told() {
         assert!(found.is_empty(), "{}: {found:?}", listing.name);
     }
 }
+
+/// Bug: a body that was misplaced into another one was in no figure and in no sentence of a run.
+#[test]
+fn bodies_that_overlap_at_the_start_are_told() {
+    let scene = |positions: [&str; 3]| {
+        let body = |k: usize| {
+            format!(
+                "[[body]]\nname = \"b{k}\"\nbox = [0.2, 0.2]\nposition = {}\n",
+                positions[k]
+            )
+        };
+        let text = format!(
+            "[scene]\nname = \"s\"\ntitle = \"t\"\n{}{}{}",
+            body(0),
+            body(1),
+            body(2)
+        );
+        parse(&text, &[]).unwrap().start_warnings()
+    };
+    let found = scene(["[0, 0]", "[0.12, 0]", "[0.25, 0]"]);
+    let told = "2 pairs of bodies overlap at the start, deepest b0 and b1 by 8.00e-2 m";
+    assert!(found.len() == 1 && found[0].starts_with(told), "{found:?}");
+    // what touches, or overlaps by less than a thousandth, is what a heap is built of
+    assert!(scene(["[0, 0]", "[0.2, 0]", "[0.3999, 0]"]).is_empty());
+}
